@@ -1,0 +1,38 @@
+"""Work in pieces: small enough for a live progress bar, large enough to amortise a launch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+LAUNCH_SAMPLES = 1 << 22
+Report = Callable[[int], None]
+"""Told the number of samples just done."""
+
+Item = TypeVar("Item", bound=np.generic)
+
+
+def batches(items: NDArray[Item], samples: int) -> Iterator[NDArray[Item]]:
+    """Split along the first axis so that a launch takes about LAUNCH_SAMPLES samples."""
+    step = max(1, LAUNCH_SAMPLES // samples)
+    for start in range(0, len(items), step):
+        yield items[start : start + step]
+
+
+def stratified(items: int, samples: int, seed: int) -> tuple[Any, Any]:
+    """Give a sampler, stratified within each item, and the item that each sample belongs to."""
+    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+    sampler.set_samples_per_wavefront(samples)
+    sampler.seed(dr.opaque(mi.UInt32, seed), items * samples)
+    index = dr.arange(mi.UInt32, items * samples) // dr.opaque(mi.UInt32, samples)
+    return sampler, index
+
+
+def strata(samples: int) -> int:
+    """Round a sample count up to one that can be stratified in two dimensions."""
+    return int(mi.load_dict({"type": "multijitter", "sample_count": samples}).sample_count())

@@ -1,0 +1,195 @@
+"""The background's illumination, on a grid over its plane.
+
+Light on a flat board changes slowly, so it is computed at grid points with many samples and
+interpolated, once for both cameras, instead of anew with few samples in every pixel. The values at
+the grid points are unbiased. Linear interpolation errs by at most 1/(4 n) of a shadow's depth, at
+the corners of a penumbra that spans n grid steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.geometry import Array
+from simtip.render.board import Board
+from simtip.render.chunks import batches, stratified
+from simtip.render.progress import Tally
+from simtip.render.tube import Tube
+from simtip.seeding import seed32
+
+Floats = NDArray[np.float32]
+
+COARSE_STEP_MM = 10.0
+PILOT_STEP_MM = 4.0
+SHADOW_MARGIN_MM = 6.0
+SAMPLES_PILOT = 64
+SAMPLES_OPEN = 16
+SAMPLES_SHADOW = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Points `corner + step * (column, row)` in board coordinates, mm."""
+
+    corner: Array
+    step: float
+    columns: int
+    rows: int
+
+    @classmethod
+    def covering(cls, low: Array, high: Array, step: float) -> Grid:
+        """Cover the box from `low` to `high` with at least four points each way."""
+        columns, rows = np.maximum(np.ceil((high - low) / step).astype(int) + 1, 4)
+        return cls(low, step, int(columns), int(rows))
+
+    def points(self) -> Array:
+        """Board coordinates (rows * columns, 2) of all points."""
+        t, s = np.mgrid[: self.rows, : self.columns]
+        return self.corner + self.step * np.stack([s.ravel(), t.ravel()], axis=1)
+
+    def index(self, st: Array) -> Array:
+        """Fractional (column, row) of board coordinates (..., 2)."""
+        fractional: Array = (st - self.corner) / self.step
+        return fractional
+
+
+@dataclass(frozen=True, eq=False)
+class LightMap:
+    """Irradiance / pi per unit lamp radiance on a grid: (rows, columns, lamps + 1) float32."""
+
+    grid: Grid
+    values: Floats
+
+    def at(self, st: Array) -> Floats:
+        """Interpolate linearly at board coordinates (H, W, 2): (H, W, lamps + 1)."""
+        where = self.grid.index(st).astype(np.float32)
+        layers = [
+            cv2.remap(
+                np.ascontiguousarray(self.values[..., k]),
+                where[..., 0],
+                where[..., 1],
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_REPLICATE,
+            )
+            for k in range(self.values.shape[-1])
+        ]
+        return np.stack(layers, axis=-1)
+
+
+class Lookup:
+    """Light maps as the renderer reads them: the fine one where it reaches, else the coarse."""
+
+    def __init__(self, board: Board, fine: LightMap, coarse: LightMap) -> None:
+        self._axes = [mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in a]) for a in (board.x, board.y)]
+        self._centre = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in board.centre])
+        self._levels = [self._level(fine), self._level(coarse)]
+
+    @staticmethod
+    def _level(level: LightMap) -> tuple[Any, Any, Any, Any]:
+        grid = level.grid
+        texture = mi.Texture2f(
+            mi.TensorXf(np.ascontiguousarray(level.values)),
+            filter_mode=dr.FilterMode.Linear,
+            wrap_mode=dr.WrapMode.Clamp,
+        )
+        corner = mi.Point2f([dr.opaque(mi.Float, float(v)) for v in grid.corner])
+        extent = mi.Point2f(
+            [dr.opaque(mi.Float, float(n * grid.step)) for n in (grid.columns, grid.rows)]
+        )
+        half_step = dr.opaque(mi.Float, grid.step / 2)
+        return texture, corner, extent, half_step
+
+    def at(self, point: Any, active: Any) -> list[Any]:  # noqa: ANN401
+        """Irradiance / pi per lamp and ambient at points of the board."""
+        d = point - self._centre
+        st = mi.Point2f(dr.dot(d, self._axes[0]), dr.dot(d, self._axes[1]))
+        (fine, corner, extent, half), (coarse, corner_c, extent_c, half_c) = self._levels
+        uv = (st - corner + half) / extent
+        uv_c = (st - corner_c + half_c) / extent_c
+        inside = dr.all((uv > 0) & (uv < 1))
+        near = fine.eval(uv, active & inside)
+        far = coarse.eval(uv_c, active & ~inside)
+        return [dr.select(inside, a, b) for a, b in zip(near, far, strict=True)]
+
+
+class Illuminator:
+    """Sends light samples from points of the board to the lamps and the room."""
+
+    def __init__(self, scene: Any, tubes: tuple[Tube, ...], board: Board) -> None:  # noqa: ANN401
+        self._scene = scene
+        self._tubes = tubes
+        self._board = board
+        self.groups = len(tubes) + 1
+        self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
+
+    def _shares(self, point: Any, sampler: Any) -> tuple[list[Any], Any]:  # noqa: ANN401
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.p, si.n, si.t = point, self._normal, mi.Float(1)
+        shares, blocked = [], mi.Mask(False)
+        for tube in self._tubes:
+            sample = tube.sample(point, sampler.next_2d())
+            cosine = dr.dot(self._normal, sample.direction)
+            lit = (cosine > 0) & (sample.weight > 0)
+            shadow = lit & self._scene.ray_test(si.spawn_ray_to(sample.point), lit)
+            blocked |= shadow
+            shares.append(dr.select(lit & ~shadow, cosine * sample.weight * dr.inv_pi, 0))
+        towards = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
+        ray = si.spawn_ray(mi.Frame3f(self._normal).to_world(towards))
+        shares.append(dr.select(self._scene.ray_test(ray), mi.Float(0), 1))
+        return shares, blocked
+
+    def trace(
+        self, st: Array, samples: int, seed: int, tally: Tally
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); and which met a shadow."""
+        world = self._board.centre + st @ np.stack([self._board.x, self._board.y])
+        values = [np.zeros((0, self.groups), np.float32)]
+        shadows = [np.zeros(0, np.bool_)]
+        for k, part in enumerate(batches(world.astype(np.float32), samples)):
+            sampler, index = stratified(len(part), samples, seed32(seed, k))
+            point = mi.Point3f([dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)])
+            shares, blocked = self._shares(point, sampler)
+            sums = [dr.block_sum(s, samples) for s in shares]
+            met = dr.block_sum(dr.select(blocked, mi.Float(1), 0), samples)
+            dr.eval(sums, met)
+            values.append(np.stack([s.numpy() for s in sums], axis=-1) / np.float32(samples))
+            shadows.append(met.numpy() > 0)
+            tally.add(len(part) * samples)
+        return np.concatenate(values), np.concatenate(shadows)
+
+
+def _shadow_pilot(
+    light: Illuminator, low: Array, high: Array, seed: int
+) -> tuple[Grid, NDArray[np.bool_]]:
+    """Find roughly where the needle's shadows fall; only the effort depends on it, no value."""
+    grid = Grid.covering(low, high, PILOT_STEP_MM)
+    _, met = light.trace(grid.points(), SAMPLES_PILOT, seed, Tally(None))
+    reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / PILOT_STEP_MM)) + 1
+    mask = met.reshape(grid.rows, grid.columns).astype(np.uint8)
+    return grid, cv2.dilate(mask, np.ones((reach, reach), np.uint8)) > 0
+
+
+def light_map(
+    light: Illuminator, low: Array, high: Array, step: float, seed: int, tally: Tally
+) -> LightMap:
+    """Compute the map over a box of the board, with most samples where shadows fall."""
+    pilot, shadowed = _shadow_pilot(light, low, high, seed32(seed, "pilot"))
+    grid = Grid.covering(low, high, step)
+    points = grid.points()
+    column, row = np.clip(
+        np.rint(pilot.index(points)).astype(int).T, 0, [[pilot.columns - 1], [pilot.rows - 1]]
+    )
+    dark = shadowed[row, column]
+    parts = [("open", ~dark, SAMPLES_OPEN), ("shadow", dark, SAMPLES_SHADOW)]
+    tally.plan(sum(int(chosen.sum()) * samples for _, chosen, samples in parts))
+    values = np.zeros((len(points), light.groups), np.float32)
+    for name, chosen, samples in parts:
+        values[chosen], _ = light.trace(points[chosen], samples, seed32(seed, name), tally)
+    return LightMap(grid, values.reshape(grid.rows, grid.columns, -1))

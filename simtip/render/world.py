@@ -1,0 +1,166 @@
+"""From a scene's data to Mitsuba's scene, with handles to its parts.
+
+World units are millimetres; radiance is per unit lamp radiance (see `simtip.render.transport`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import trimesh
+
+from simtip.geometry import Array, unit
+from simtip.render.board import Board
+from simtip.render.metal import METALS, at_wavelengths
+from simtip.render.tube import Tube
+from simtip.spec import BackgroundSpec, NeedleMaterial, NeedleSpec, SceneSpec, TubeLamp
+
+GLOW = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
+
+
+@dataclass(frozen=True)
+class World:
+    """A loaded scene.
+
+    Attributes
+    ----------
+    scene
+        `mitsuba.Scene`.
+    needle, background
+        `mitsuba.ShapePtr` of the two.
+    metal
+        `mitsuba.BSDF` of the needle.
+    albedo
+        (3,) of the background.
+    board, board_normal
+        The background's plane, and its normal as the renderer reads it.
+    tubes
+        The lamps.
+    """
+
+    scene: Any
+    needle: Any
+    background: Any
+    metal: Any
+    albedo: Array
+    board: Board
+    board_normal: Any
+    tubes: tuple[Tube, ...]
+
+
+def needle_mesh(needle: NeedleSpec) -> trimesh.Trimesh:
+    """Give the needle's mesh in the world frame, mm."""
+    mesh = needle.needle().mesh()
+    pose = needle.pose()
+    return trimesh.Trimesh(pose.apply(mesh.vertices), mesh.faces, process=False)
+
+
+def mitsuba_mesh(name: str, mesh: trimesh.Trimesh, parts: dict[str, Any]) -> Any:  # noqa: ANN401
+    """Load a triangle mesh with its material (and light); its faces are flat."""
+    props = mi.Properties()
+    for key, part in parts.items():
+        props[key] = mi.load_dict(part) if isinstance(part, dict) else part
+    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=props)
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, dtype=np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(mesh.faces, dtype=np.uint32).ravel()
+    parameters.update()
+    return shape
+
+
+def metal_bsdf(material: NeedleMaterial, wavelength_nm: tuple[float, float, float]) -> Any:  # noqa: ANN401
+    """Build the needle's rough conductor from measured n and k at the channels' wavelengths."""
+    n, k = at_wavelengths(METALS[material.metal], wavelength_nm)
+    return mi.load_dict(
+        {
+            "type": "roughconductor",
+            "distribution": "ggx",
+            "alpha": material.roughness,
+            "eta": {"type": "rgb", "value": n.tolist()},
+            "k": {"type": "rgb", "value": k.tolist()},
+        }
+    )
+
+
+def _board(background: BackgroundSpec) -> dict[str, Any]:
+    return {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f(Board.of(background).matrix()),
+        "bsdf": {
+            "type": "diffuse",
+            "reflectance": {"type": "rgb", "value": list(background.albedo)},
+        },
+    }
+
+
+def _tube(lamp: TubeLamp, *, lit: bool) -> dict[str, Any]:
+    half = unit(np.array(lamp.direction)) * lamp.length_mm / 2
+    centre = np.array(lamp.centre_mm)
+    shape: dict[str, Any] = {
+        "type": "cylinder",
+        "p0": (centre - half).tolist(),
+        "p1": (centre + half).tolist(),
+        "radius": lamp.diameter_mm / 2,
+        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
+    }
+    if lit:
+        shape["emitter"] = GLOW
+    return shape
+
+
+def scene_dict(
+    spec: SceneSpec,
+    lit: str | None = None,
+    metal: Any = None,  # noqa: ANN401 (a BSDF or its dictionary)
+) -> dict[str, Any]:
+    """Describe the scene to Mitsuba.
+
+    Parameters
+    ----------
+    spec
+        The scene.
+    lit
+        The lamp, "ambient" or "needle" that is an emitter of unit radiance. The wavefront renderer
+        integrates the lamps itself and lights none.
+    metal
+        The needle's material, if not the scene's.
+    """
+    needle = {"bsdf": metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)}
+    if lit == "needle":
+        needle["emitter"] = GLOW
+    scene: dict[str, Any] = {
+        "type": "scene",
+        "needle": mitsuba_mesh("needle", needle_mesh(spec.needle), needle),
+        "background": _board(spec.background),
+    }
+    for lamp in spec.lamps:
+        scene[f"lamp_{lamp.name}"] = _tube(lamp, lit=lamp.name == lit)
+    if lit == "ambient":
+        scene["ambient"] = {**GLOW, "type": "constant"}
+    return scene
+
+
+def load_world(spec: SceneSpec) -> World:
+    """Load the scene for the wavefront renderer."""
+    scene = mi.load_dict(scene_dict(spec), parallel=False)
+    by_name = {shape.id(): shape for shape in scene.shapes()}
+    tubes = []
+    for lamp in spec.lamps:
+        tube = Tube(lamp)
+        tube.shape = mi.ShapePtr(by_name[f"lamp_{lamp.name}"])
+        tubes.append(tube)
+    board = Board.of(spec.background)
+    return World(
+        scene=scene,
+        needle=mi.ShapePtr(by_name["needle"]),
+        background=mi.ShapePtr(by_name["background"]),
+        metal=by_name["needle"].bsdf(),
+        albedo=np.array(spec.background.albedo),
+        board=board,
+        board_normal=mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal]),
+        tubes=tuple(tubes),
+    )

@@ -1,0 +1,374 @@
+"""Two image points and a calibrated rig to one point in space (paper section 3.4).
+
+With distortion undone, a left point has the viewing direction d_1 = (x_1/f_1, y_1/f_1, 1) in the
+left frame, and a right point d_2 = R (x_2/f_2, y_2/f_2, 1), turned into the left frame. Points on
+the rays are ``z_1 d_1`` and ``z_2 d_2 + T`` (Eq. 18 and 19, ``P_1 = R P_2 + T``), with z_1 and z_2
+the depths in the two cameras.
+
+Three methods, the same for exact input:
+
+``svd``
+    The paper's. Eq. 21 divided by z_2 is linear in two unknowns::
+
+        [d_1  T] [z_1/z_2, -1/z_2]^T = d_2
+
+    (Eq. 22, with y_2 beside r_i2 where the text repeats x_2), three equations solved by least
+    squares with the singular value decomposition. Its residual is the gap between the rays at
+    depths z_1 and z_2, divided by z_2. The paper does not say which point it reports when the rays
+    miss each other; here it is the one on the left ray, ``z_1 d_1``.
+``midpoint``
+    Halfway between the points where the rays come closest.
+``optimal``
+    Least sum of squared distances, over both images, between the undistorted points and the
+    projections of the point: the maximum-likelihood point for equal, isotropic pixel noise. The
+    global minimum, by the polynomial of Hartley and Sturm, "Triangulation", CVIU 68 (1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import ArrayLike
+
+from simtip.camera import StereoRig
+from simtip.geometry import Array, unit
+
+Method: TypeAlias = Literal["svd", "midpoint", "optimal"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+PARALLEL_TOLERANCE_RAD = 1e-9
+"""Rays within this angle count as parallel: 72 mm apart, they would meet 72,000 km away."""
+
+STEP_PX = 1e-2
+"""Step of the central differences for the covariance: the error of order step^2 is below 1e-8."""
+
+
+class TriangulationStatus(StrEnum):
+    """Machine-readable outcome of a triangulation."""
+
+    OK = "ok"
+    RAYS_PARALLEL = "rays_parallel"
+    ALONG_BASELINE = "along_baseline"
+    BEHIND_CAMERA = "behind_camera"
+
+
+@dataclass(frozen=True, eq=False)
+class TipEstimate:
+    """The tip in space, or the reason why there is none.
+
+    Attributes
+    ----------
+    status
+        ``ok``, or the code of the reason.
+    reason
+        One sentence with the numbers; empty when there is a point.
+    method
+        Which method was used.
+    point_mm
+        (3,) in the rig (left camera) frame, mm, or None.
+    covariance_mm2
+        (3, 3) mm^2, first order, from the pixel covariances; None if these were not given.
+    gap_mm
+        Shortest distance between the two rays, mm, the same for every method.
+    depths_mm
+        (2,) z of the point in the left and in the right camera, mm.
+    reprojection_px
+        (2, 2), rows left and right: given tip - projection of the point (u, v), px of the images
+        as they are.
+    """
+
+    status: TriangulationStatus
+    reason: str
+    method: Method
+    point_mm: Array | None = None
+    covariance_mm2: Array | None = None
+    gap_mm: float | None = None
+    depths_mm: Array | None = None
+    reprojection_px: Array | None = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a point."""
+        return self.status is TriangulationStatus.OK
+
+
+def triangulate(
+    tip_left_px: ArrayLike,
+    tip_right_px: ArrayLike,
+    rig: StereoRig,
+    method: Method = "svd",
+    *,
+    covariance_left_px: ArrayLike | None = None,
+    covariance_right_px: ArrayLike | None = None,
+    sigma_px: float | None = None,
+) -> TipEstimate:
+    """Triangulate one pair of tips.
+
+    Parameters
+    ----------
+    tip_left_px, tip_right_px
+        (2,) u, v in px of the images as they are.
+    rig
+        The calibrated cameras.
+    method
+        ``svd``, ``midpoint`` or ``optimal``; see the module.
+    covariance_left_px, covariance_right_px
+        (2, 2) px^2 of each tip; the two are taken as independent.
+    sigma_px
+        Standard deviation per coordinate, px, for a view without a covariance of its own.
+
+    Returns
+    -------
+    TipEstimate
+        With a covariance if both views have one, or a `sigma_px`.
+
+    Raises
+    ------
+    ValueError
+        A tip is not two finite numbers, a covariance is not (2, 2) and finite, or the method is
+        unknown.
+    """
+    pair = np.stack([_tip(tip_left_px), _tip(tip_right_px)])
+    if method not in METHODS:
+        raise ValueError(f"the method is one of {', '.join(METHODS)}, not {method!r}")
+    d1, d2 = _directions(pair[0], pair[1], rig)
+    failure = _degenerate(d1, d2, rig.T_lr.t)
+    if failure:
+        return TipEstimate(*failure, method)
+    point = triangulate_points(pair[0], pair[1], rig, method)
+    depths = np.array([point[2], rig.T_lr.inverse().apply(point)[2]])
+    # diverging rays come closest behind the cameras, whatever point a method makes of them
+    nearest = np.stack(_closest_depths(d1, d2, rig.T_lr.t))
+    if min(*depths, *nearest) <= 0:
+        return TipEstimate(TriangulationStatus.BEHIND_CAMERA, _behind(depths, nearest), method)
+    noise = _noise(covariance_left_px, covariance_right_px, sigma_px)
+    return TipEstimate(
+        TriangulationStatus.OK,
+        "",
+        method,
+        point_mm=point,
+        covariance_mm2=None if noise is None else _propagated(pair, rig, method, noise),
+        gap_mm=_gap(d1, d2, rig.T_lr.t),
+        depths_mm=depths,
+        reprojection_px=pair - np.stack(rig.project(point)),
+    )
+
+
+def triangulate_points(
+    left_px: ArrayLike, right_px: ArrayLike, rig: StereoRig, method: Method = "svd"
+) -> Array:
+    """Triangulate many pairs, without checks, covariances or reasons.
+
+    Parameters
+    ----------
+    left_px, right_px
+        (..., 2) paired points, px of the images as they are.
+    rig
+        The calibrated cameras.
+    method
+        ``svd``, ``midpoint`` or ``optimal``; see the module.
+
+    Returns
+    -------
+    Array
+        (..., 3) mm, rig frame. Meaningless or not finite where rays are parallel or lie on the
+        baseline; behind the cameras where rays diverge. `triangulate` tells these apart.
+    """
+    left, right = np.asarray(left_px, dtype=np.float64), np.asarray(right_px, dtype=np.float64)
+    d1, d2 = _directions(left, right, rig)
+    if method == "svd":
+        return _svd_point(d1, d2, rig.T_lr.t)
+    if method == "midpoint":
+        return _midpoint(d1, d2, rig.T_lr.t)
+    left, right = rig.left.undistort(left), rig.right.undistort(right)
+    corrected = [
+        nearest_correspondence(a, b, rig.fundamental())
+        for a, b in zip(left.reshape(-1, 2), right.reshape(-1, 2), strict=True)
+    ]
+    a, b = np.moveaxis(np.reshape(corrected, (*left.shape[:-1], 2, 2)), -2, 0)
+    # these rays meet, so that any method gives their point
+    left_pinhole, right_pinhole = (
+        replace(rig.left, distortion=()),
+        replace(rig.right, distortion=()),
+    )
+    pinholes = replace(rig, left=left_pinhole, right=right_pinhole)
+    return _midpoint(*_directions(a, b, pinholes), rig.T_lr.t)
+
+
+def nearest_correspondence(left_px: Array, right_px: Array, F: Array) -> tuple[Array, Array]:
+    """Move two points as little as possible onto each other's epipolar lines.
+
+    Hartley and Sturm (1997): the pencil of epipolar planes has one parameter, and the squared
+    distance to the pair of lines is stationary at the roots of a polynomial of degree 6. All
+    real roots and the plane at infinity are compared, so the minimum is global.
+
+    Parameters
+    ----------
+    left_px, right_px
+        (2,) undistorted px; neither is an epipole.
+    F
+        (3, 3), ``p_l^T F p_r = 0``.
+
+    Returns
+    -------
+    left, right
+        (2,) px, with ``p_l^T F p_r = 0`` to rounding and the least possible
+        ``|left - left_px|^2 + |right - right_px|^2``.
+    """
+    # With both points moved to the origin and the epipoles turned onto the u axes, at (1, 0, f)
+    # and (1, 0, g), p_r^T G p_l = 0 with
+    # G = [[f g d, -g c, -g d], [-f b, a, b], [-f d, c, d]].
+    G = _moved_to(right_px).T @ F.T @ _moved_to(left_px)
+    u, _, vt = np.linalg.svd(G)
+    turn_left, turn_right = _onto_u_axis(vt[2]), _onto_u_axis(u[:, 2])
+    e_left, e_right = turn_left @ vt[2], turn_right @ u[:, 2]
+    G = turn_right @ G @ turn_left.T
+    inner = G[1:, 1:] / np.linalg.norm(G[1:, 1:])
+    foot_left, foot_right = _nearest_feet(inner, e_left[2] / e_left[0], e_right[2] / e_right[0])
+    return left_px + foot_left @ turn_left[:2, :2], right_px + foot_right @ turn_right[:2, :2]
+
+
+def _nearest_feet(inner: Array, f: float, g: float) -> tuple[Array, Array]:
+    """Find the plane of the pencil whose two lines pass nearest to the origins; give their feet."""
+    (a, b), (c, d) = inner
+    # The plane t meets the left image in the line through (0, t), (t f, 1, -t), and the right
+    # one in (-g (c t + d), a t + b, c t + d). The numerator of the derivative of the summed
+    # squared distances:
+    t, p, q = Polynomial([0, 1]), Polynomial([b, a]), Polynomial([d, c])
+    slope = t * (p**2 + g**2 * q**2) ** 2 - (a * d - b * c) * (1 + f**2 * t**2) ** 2 * p * q
+    roots = np.asarray(slope.trim().roots()).real
+    # homogeneous (t, s), so that the plane at t = infinity is one candidate of the others' kind
+    ts = np.append(roots, 1.0)
+    ss = np.append(np.ones_like(roots), 0.0)
+    left = np.stack([f * ts, ss, -ts], axis=1)
+    at_s, ct_s = a * ts + b * ss, c * ts + d * ss
+    right = np.stack([-g * ct_s, at_s, ct_s], axis=1)
+    feet_left, feet_right = _feet(left), _feet(right)
+    cost = (feet_left**2).sum(axis=1) + (feet_right**2).sum(axis=1)
+    best = int(np.nanargmin(cost))
+    return feet_left[best], feet_right[best]
+
+
+def _feet(lines: Array) -> Array:
+    """Give the points (n, 2) of lines (n, 3) nearest to the origin; NaN for no line."""
+    square = (lines[:, :2] ** 2).sum(axis=1, keepdims=True)
+    feet: Array = -lines[:, :2] * lines[:, 2:] / np.where(square > 0, square, np.nan)
+    return feet
+
+
+def _moved_to(point: Array) -> Array:
+    return np.array([[1.0, 0.0, point[0]], [0.0, 1.0, point[1]], [0.0, 0.0, 1.0]])
+
+
+def _onto_u_axis(epipole: Array) -> Array:
+    """Give the rotation (3, 3) of the image plane that turns the epipole (3,) onto the u axis."""
+    cosine, sine = unit(epipole[:2])
+    return np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _tip(tip_px: ArrayLike) -> Array:
+    tip = np.asarray(tip_px, dtype=np.float64)
+    if tip.shape != (2,) or not np.isfinite(tip).all():
+        raise ValueError("a tip is two finite numbers, u and v")
+    return tip
+
+
+def _directions(left_px: Array, right_px: Array, rig: StereoRig) -> tuple[Array, Array]:
+    """Give d_1 and d_2 (..., 3) in the left frame, each with z = 1 in its own camera."""
+    d1 = _with_one(rig.left.normalise(left_px))
+    return d1, rig.T_lr.rotate(_with_one(rig.right.normalise(right_px)))
+
+
+def _with_one(xy: Array) -> Array:
+    return np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], axis=-1)
+
+
+def _svd_point(d1: Array, d2: Array, t: Array) -> Array:
+    # A column's scale does not change a least-squares solution; a unit T conditions it better.
+    baseline = np.linalg.norm(t)
+    A = np.stack([d1, np.broadcast_to(t / baseline, d1.shape)], axis=-1)
+    unknowns = (np.linalg.pinv(A) @ d2[..., None])[..., 0]
+    z2 = -baseline / unknowns[..., 1]
+    z1 = unknowns[..., 0] * z2
+    return z1[..., None] * d1
+
+
+def _midpoint(d1: Array, d2: Array, t: Array) -> Array:
+    z1, z2 = _closest_depths(d1, d2, t)
+    return (z1[..., None] * d1 + z2[..., None] * d2 + t) / 2
+
+
+def _closest_depths(d1: Array, d2: Array, t: Array) -> tuple[Array, Array]:
+    """Give the depths, each in its own camera, where the two rays come closest."""
+    # z_1 d_1 - z_2 d_2 = T + c n, with n = d_1 x d_2; cross with d_2 or d_1, then dot with n.
+    n = np.cross(d1, d2)
+    square = (n * n).sum(axis=-1)
+    z1: Array = (np.cross(t, d2) * n).sum(axis=-1) / square
+    z2: Array = (np.cross(t, d1) * n).sum(axis=-1) / square
+    return z1, z2
+
+
+def _gap(d1: Array, d2: Array, t: Array) -> float:
+    n = np.cross(d1, d2)
+    return float(abs(t @ n) / np.linalg.norm(n))
+
+
+def _degenerate(d1: Array, d2: Array, t: Array) -> tuple[TriangulationStatus, str] | None:
+    """Say why two rays have no point of meeting, if so."""
+    angle = _angle(d1, d2)
+    if angle < PARALLEL_TOLERANCE_RAD:
+        reason = f"the rays are parallel: the angle between them is {angle:.2g} rad"
+        return TriangulationStatus.RAYS_PARALLEL, reason
+    if min(_angle(d1, t), _angle(d2, t)) < PARALLEL_TOLERANCE_RAD:
+        reason = "a ray runs along the line through both cameras"
+        return TriangulationStatus.ALONG_BASELINE, reason
+    return None
+
+
+def _angle(a: Array, b: Array) -> float:
+    """Give the sine of the angle between two lines: the angle itself, rad, where it matters."""
+    return float(np.linalg.norm(np.cross(unit(a), unit(b))))
+
+
+def _behind(depths: Array, nearest: Array) -> str:
+    if min(depths) <= 0:
+        return (
+            f"the point is not in front of both cameras: its depth is {depths[0]:.4g} mm in the "
+            f"left and {depths[1]:.4g} mm in the right"
+        )
+    return (
+        f"the rays come closest behind a camera: at a depth of {nearest[0]:.4g} mm in the left "
+        f"and {nearest[1]:.4g} mm in the right"
+    )
+
+
+def _noise(left: ArrayLike | None, right: ArrayLike | None, sigma_px: float | None) -> Array | None:
+    """Give the (4, 4) covariance of u_l, v_l, u_r, v_r, px^2, or None if a view has none."""
+    noise = np.zeros((4, 4))
+    for given, view in ((left, slice(0, 2)), (right, slice(2, 4))):
+        if given is not None:
+            covariance = np.asarray(given, dtype=np.float64)
+        elif sigma_px is not None:
+            covariance = sigma_px**2 * np.eye(2)
+        else:
+            return None
+        if covariance.shape != (2, 2) or not np.isfinite(covariance).all():
+            raise ValueError("a tip covariance is 2 x 2 finite numbers")
+        noise[view, view] = covariance
+    return noise
+
+
+def _propagated(pair: Array, rig: StereoRig, method: Method, noise: Array) -> Array:
+    """Carry pixel noise (4, 4) to first order into the point: J noise J^T, mm^2."""
+    steps = STEP_PX * np.eye(4).reshape(4, 2, 2)
+    ahead, back = (
+        triangulate_points(moved[:, 0], moved[:, 1], rig, method)
+        for moved in (pair + steps, pair - steps)
+    )
+    J = (ahead - back).T / (2 * STEP_PX)
+    covariance: Array = J @ noise @ J.T
+    return (covariance + covariance.T) / 2

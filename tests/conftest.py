@@ -1,0 +1,27 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simtip.camera import Camera, StereoRig
+from simtip.geometry import Pose, nearest_rotation
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def scene_path() -> Path:
+    """The paper's set-up."""
+    return ROOT / "scenes" / "01_single_tip.yaml"
+
+
+@pytest.fixture(scope="session")
+def paper_rig() -> StereoRig:
+    """Table 1, typed here again so that the scene file is not its own witness."""
+    left = np.array([[1909.84, 0, 932.97], [0, 1910.22, 657.90], [0, 0, 1]])
+    right = np.array([[1923.38, 0, 935.88], [0, 1914.32, 729.04], [0, 0, 1]])
+    R = [[0.862, -0.020, -0.507], [0.036, 0.999, 0.022], [0.506, -0.037, 0.861]]
+    pose = Pose(nearest_rotation(R), np.array([72.047, 2.138, 14.041]))
+    return StereoRig(Camera(left, 2048, 1436), Camera(right, 2048, 1436), pose)

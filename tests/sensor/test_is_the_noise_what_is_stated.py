@@ -1,0 +1,211 @@
+"""Is the noise Poisson plus normal, unbiased after rounding, and reproducible?"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from emva_oracle import dn_probabilities, moments
+from scipy import stats
+
+from simtip import sensor
+from simtip.seeding import stream
+from simtip.spec import SensorSpec
+
+SPEC = SensorSpec(f_number=1.4, exposure_s=0.04, black_level_dn=3)
+SHAPE = (256, 1024)
+N = SHAPE[0] * SHAPE[1]
+
+
+def light_for(mean_e, spec=SPEC, shape=SHAPE):
+    """Radiance for which each pixel collects `mean_e` on average in all channels."""
+    return np.broadcast_to(mean_e / sensor.responsivity(spec), (*shape, 3)).astype(np.float32)
+
+
+@pytest.mark.parametrize("mu", [32, 33.3, 50, 100.25, 1000, 10000])
+def test_the_quantile_expansion_is_poisson(mu, monkeypatch):
+    """No sampling: the expansion is fed a fine grid of normal quantiles in double precision.
+
+    It rises with w and is rounded down, so the first w at which it reaches n gives P(X < n) =
+    Phi(w), to be compared with Poisson's own. The bounds are those of the docstring, plus the
+    grid's step: 1.6e-5 of w, 6.4e-6 in Phi, to which total variation adds up over at most
+    the number of steps passed; the grid is refined around each crossing instead, see below.
+    """
+
+    class Quantiles:
+        """Stands for a generator: gives out the w that it was made with."""
+
+        def __init__(self, w):
+            self.w = w
+
+        def standard_normal(self, shape, dtype):
+            assert shape == self.w.shape
+            return self.w.astype(dtype)
+
+    def expansion(w):
+        return sensor._poisson(np.full(w.shape, float(mu)), Quantiles(w), None)
+
+    n = np.arange(max(1, int(mu - 7 * mu**0.5)), int(mu + 7.5 * mu**0.5))
+    low, high = np.full(n.shape, -9.0), np.full(n.shape, 9.0)
+    assert (np.diff(expansion(np.linspace(-8, 8, 20001))) >= 0).all()
+    for _ in range(50):  # bisection for the w where the drawn number first reaches n
+        middle = (low + high) / 2
+        reached = expansion(middle) >= n
+        low, high = np.where(reached, low, middle), np.where(reached, middle, high)
+    below = np.concatenate([[0], stats.norm.cdf(high), [1]])
+    true = np.concatenate([[0], stats.poisson.cdf(n - 1, mu), [1]])
+    p, p_true = np.diff(below), np.diff(true)
+    value = np.concatenate([[n[0] - 1], n])
+    assert np.abs(p - p_true).sum() / 2 < 1.3e-5 * (32 / mu) ** 2 + 1e-10
+    mean = p @ value
+    assert mean == pytest.approx(p_true @ value, abs=1e-9)
+    assert p @ (value - mean) ** 2 == pytest.approx(mu, rel=3e-5)
+
+
+@pytest.mark.parametrize("mu", [0.02, 1.5, 9.99, 31.9, 32.0, 75.3, 400.0])
+def test_drawn_electrons_are_poisson_distributed(mu):
+    """Chi-square over the single numbers of electrons, rare ones gathered at both ends."""
+    drawn = sensor.shot_noise(np.full(400_000, mu, dtype=np.float32), stream(2, "poisson"))
+    assert drawn.dtype == np.float32
+    assert (drawn == np.floor(drawn)).all()
+    mu = float(np.float32(mu))
+    edges = np.arange(stats.poisson.ppf(2e-5, mu), stats.poisson.ppf(1 - 2e-5, mu) + 1)
+    counts = np.histogram(drawn, np.concatenate([[-np.inf], edges + 0.5, [np.inf]]))[0]
+    cdf = np.concatenate([[0], stats.poisson.cdf(edges, mu), [1]])
+    assert stats.chisquare(counts, np.diff(cdf) * 400_000).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("mean_e", [0.0, 4.0, 31.0, 33.0, 250.0, 3000.0, 7071.5])
+def test_the_image_has_the_exact_distribution(mean_e):
+    """Chi-square of 786,432 pixels against the summed probabilities, black level included."""
+    image = sensor.expose(light_for(mean_e), SPEC, stream(3, "image"))
+    expected = dn_probabilities(mean_e, SPEC) * image.size
+    counts = np.bincount(image.ravel(), minlength=256)
+    common = expected > 10
+    observed = np.append(counts[common], counts[~common].sum())
+    predicted = np.append(expected[common], expected[~common].sum())
+    if predicted[-1] < 1:  # too rare to test: join the commonest
+        observed, predicted = (
+            observed[:-1],
+            predicted[:-1] * observed[:-1].sum() / predicted[:-1].sum(),
+        )
+    assert stats.chisquare(observed, predicted, sum_check=False).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("mean_e", [200.0, 2000.0, 7000.0])
+def test_the_mean_is_unbiased(mean_e):
+    """To 4 standard errors, below 0.01 DN: SD / sqrt(3 N) is 0.0024 DN at 7000 e-."""
+    image = sensor.expose(light_for(mean_e), SPEC, stream(4, "mean"))
+    tolerance = 4 * np.sqrt((SPEC.gain_dn_per_e**2 * (mean_e + 25) + 1 / 12) / image.size)
+    assert tolerance < 0.01
+    expected = SPEC.gain_dn_per_e * mean_e + 3
+    # Rounding itself biases by at most exp(-2 pi^2 s^2) / pi, s^2 the variance before it, DN^2.
+    rounding = np.exp(-2 * np.pi**2 * SPEC.gain_dn_per_e**2 * (mean_e + 25)) / np.pi
+    assert abs(image.mean(dtype=np.float64) - expected) < tolerance + rounding
+
+
+def test_no_light_is_lost_in_the_dark():
+    """A fine gain, so that an electron is 4 DN: the mean is right to 0.01 DN from 0 e- on.
+
+    Black level 30 keeps the read noise off zero. Standard errors: 4 sqrt(mu + 4) / sqrt(3 N).
+    """
+    spec = SPEC.model_copy(
+        update={"gain_dn_per_e": 4.0, "read_noise_e": 2.0, "black_level_dn": 30.0}
+    )
+    for mean_e in (0.0, 0.1, 1.0, 5.0, 20.0, 31.99, 32.01):
+        image = sensor.expose(light_for(mean_e, spec), spec, stream(5, "dark"))
+        true_mean, true_variance = moments(dn_probabilities(mean_e, spec))
+        tolerance = 4 * np.sqrt(true_variance / image.size)
+        assert abs(image.mean(dtype=np.float64) - true_mean) < tolerance
+        if mean_e <= 20:  # brighter ones reach the range's end
+            assert true_mean == pytest.approx(30 + 4 * mean_e, abs=0.01)
+
+
+def test_single_precision_does_not_bias_bright_pixels():
+    """At a million electrons float32 has steps of 1/16: the mean holds to 2^-24 of itself.
+
+    Tested on the drawn electrons: 4 standard errors are 4 x 1000 / sqrt(4e6) = 2 e-, 0.0005 DN of
+    an 8-bit camera that is full there.
+    """
+    drawn = sensor.shot_noise(np.full(4_000_000, 1e6, dtype=np.float32), stream(6))
+    assert abs(drawn.mean(dtype=np.float64) - 1e6) < 2
+    assert drawn.var(dtype=np.float64) == pytest.approx(1e6, rel=4 * np.sqrt(2 / 4e6))
+
+
+def test_the_photon_transfer_gives_back_gain_and_read_noise():
+    """EMVA 1288: variance = K (mean - black) + K^2 sigma_d^2 + 1/12, from pairs of images.
+
+    An image's variance over n pixels has a relative standard error of sqrt(2 / n): 0.16 %. Eight
+    levels, weighted by it, give K to 0.1 %; the intercept hangs on the darkest level: 0.0998 DN^2.
+    """
+    levels = np.array([50.0, 500, 1500, 2500, 3500, 4500, 6000, 7500])
+    mean, variance = [], []
+    for k, level in enumerate(levels):
+        a, b = (
+            sensor.expose(light_for(level), SPEC, stream(7, k, name)).astype(np.float64)
+            for name in ("a", "b")
+        )
+        mean.append((a.mean() + b.mean()) / 2 - SPEC.black_level_dn)
+        variance.append((a - b).var() / 2)
+    weight = 1 / (np.array(variance) * np.sqrt(2 / a.size))
+    slope, intercept = np.polyfit(mean, variance, 1, w=weight)
+    assert slope == pytest.approx(SPEC.gain_dn_per_e, rel=4e-3)
+    assert intercept == pytest.approx((0.0255 * 5) ** 2 + 1 / 12, abs=1.5e-3)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_side_others():
+    light = light_for(500.0, shape=(64, 64))
+    left, again, right, other = (
+        sensor.expose(light, SPEC, stream(seed, "sensor", side))
+        for seed, side in ((1, "left"), (1, "left"), (1, "right"), (2, "left"))
+    )
+    np.testing.assert_array_equal(left, again)
+    assert (left != right).mean() > 0.3
+    assert (left != other).mean() > 0.3
+    correlation = np.corrcoef(left.ravel(), right.ravel())[0, 1]
+    assert abs(correlation) < 4 / np.sqrt(left.size)
+
+
+def test_one_generator_used_twice_gives_two_pictures():
+    rng = stream(1)
+    light = light_for(500.0, shape=(64, 64))
+    first, second = (sensor.expose(light, SPEC, rng) for _ in range(2))
+    assert (first != second).mean() > 0.3
+
+
+def test_pixels_and_channels_are_independent():
+    """Neighbours and channels share no noise: correlations within 4 / sqrt(n)."""
+    image = sensor.expose(light_for(5000.0), SPEC, stream(8)).astype(np.float64)
+    image -= image.mean(axis=(0, 1))
+    pairs = [
+        (image[:, 1:], image[:, :-1]),
+        (image[1:], image[:-1]),
+        (image[..., 0], image[..., 1]),
+        (image[..., 1], image[..., 2]),
+    ]
+    for a, b in pairs:
+        assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 4 / np.sqrt(a.size)
+
+
+@pytest.mark.parametrize("block", [1, 777, 10**9])
+def test_the_size_of_the_working_blocks_changes_nothing(block, monkeypatch):
+    ramp = np.linspace(0, 1, 37 * 53 * 3).reshape(37, 53, 3)
+    light = (light_for(300.0, shape=(37, 53)) * ramp).astype(np.float32)  # both sides of 32 e-
+    before = sensor.expose(light, SPEC, stream(9))
+    monkeypatch.setattr(sensor, "_BLOCK", block)
+    np.testing.assert_array_equal(sensor.expose(light, SPEC, stream(9)), before)
+
+
+def test_read_noise_off_leaves_the_shot_noise_as_it_was():
+    light = light_for(500.0, shape=(64, 64))
+    fine = SPEC.model_copy(update={"gain_dn_per_e": 0.25})
+    loud = sensor.expose(light, fine, stream(10)).astype(float)
+    quiet = sensor.expose(light, fine.model_copy(update={"read_noise_e": 0.0}), stream(10))
+    assert (loud - quiet).std() == pytest.approx(np.sqrt((0.25 * 5) ** 2 + 1 / 6), rel=0.05)
+
+
+def test_double_precision_light_gives_the_same_picture():
+    light = light_for(500.0, shape=(64, 64))
+    single, double = (
+        sensor.expose(light.astype(kind), SPEC, stream(11)) for kind in (np.float32, np.float64)
+    )
+    assert (single != double).mean() < 1e-3
