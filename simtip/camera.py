@@ -94,7 +94,7 @@ class Camera:
         """Undo intrinsics and distortion: pixels (..., 2) to (x/z, y/z) (..., 2)."""
         uv = np.asarray(pixels, dtype=np.float64)
         flat = uv.reshape(-1, 2)
-        if self.distortion:
+        if self.distortion and len(flat):
             criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 200, 1e-13)
             xy = cv2.undistortPoints(
                 flat.reshape(-1, 1, 2),

@@ -37,8 +37,9 @@ def nearest_rotation(matrix: ArrayLike, tolerance: float = ROTATION_TOLERANCE) -
         raise ValueError(f"a rotation is 3 x 3, not {' x '.join(map(str, m.shape))}")
     if not np.isfinite(m).all():
         raise ValueError("the rotation has an entry that is not finite")
-    off = float(np.abs(m @ m.T - np.eye(3)).max())
-    if off > tolerance:
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = float(np.abs(m @ m.T - np.eye(3)).max())
+    if not off <= tolerance:
         raise ValueError(f"not a rotation: R R^T differs from the identity by {off:.3g}")
     u, _, vt = np.linalg.svd(m)
     rotation: Array = u @ vt

@@ -219,7 +219,7 @@ class Needle:
 
     def mesh(self, segments: int = SEGMENTS) -> trimesh.Trimesh:
         """Build the watertight `trimesh.Trimesh` of `surface`: mm, needle frame, outward faces."""
-        import trimesh  # noqa: PLC0415 - heavy, and needed only where a mesh is made
+        import trimesh
 
         vertices, faces = self.surface(segments)
         return trimesh.Trimesh(vertices, faces, process=False)
@@ -403,17 +403,13 @@ def _require_positive(name: str, value: float) -> None:
 
 def _view_box(camera: Camera, margin_px: float) -> tuple[float, float, float, float]:
     """Give x0, x1, y0, y1 of x/z and y/z that hold the image and a margin around it."""
-    w, h = camera.width - 0.5, camera.height - 0.5
-    steps = np.linspace(0, 1, 257 if camera.distortion else 2)
-    u, v = -0.5 + steps * (w + 0.5), -0.5 + steps * (h + 0.5)
-    low_u, low_v = np.full_like(v, -0.5), np.full_like(u, -0.5)
+    # The image's edge is half a pixel out; distortion bends it, so it is followed point by point.
+    steps = 257 if camera.distortion else 2
+    u = np.linspace(-0.5, camera.width - 0.5, steps)
+    v = np.linspace(-0.5, camera.height - 0.5, steps)
     border = np.concatenate(
-        [
-            np.stack([u, low_v], axis=1),
-            np.stack([u, low_v + h + 0.5], axis=1),
-            np.stack([low_u, v], axis=1),
-            np.stack([low_u + w + 0.5, v], axis=1),
-        ]
+        [np.stack(np.broadcast_arrays(u, edge), axis=1) for edge in (v[0], v[-1])]
+        + [np.stack(np.broadcast_arrays(edge, v), axis=1) for edge in (u[0], u[-1])]
     )
     xy = camera.normalise(border)
     low, high = xy.min(axis=0), xy.max(axis=0)

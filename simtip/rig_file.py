@@ -228,7 +228,9 @@ def _shape(document: Document, path: FieldPath, node: dict[str, Yaml]) -> tuple[
 def _entries(document: Document, path: FieldPath, data: Yaml) -> Array:
     path = (*path, "data")
     if not isinstance(data, list):
-        raise document.error(f"has to be a list of numbers, not {shown(data)}", path)
+        raise document.error(
+            f"has to be a list of numbers, not {shown(data)}", path, remedy=_REWRITE
+        )
     entries = np.empty(len(data))
     for index, entry in enumerate(data):
         if isinstance(entry, bool) or not isinstance(entry, int | float):

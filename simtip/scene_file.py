@@ -110,6 +110,10 @@ def read_scene(path: str | Path) -> SceneFile:
         spec = SceneSpec.model_validate_json(json.dumps(data, allow_nan=False), strict=True)
     except ValidationError as error:
         raise _input_error(document, error) from None
+    except ArithmeticError as error:  # from a check in the models, which pydantic lets through
+        raise document.error(
+            f"has a value beyond arithmetic ({error})", remedy="look for a tiny or huge number"
+        ) from error
     return SceneFile(spec, document)
 
 

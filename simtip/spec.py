@@ -16,7 +16,10 @@ from simtip.geometry import Array, Pose, nearest_rotation
 from simtip.needle import Bevel, Cone, Needle
 
 Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Matrix3 = tuple[Vector3, Vector3, Vector3]
+Cosine = Annotated[FiniteFloat, Field(ge=-1.01, le=1.01)]
+Matrix3 = tuple[
+    tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine]
+]
 Rgb = tuple[
     Annotated[FiniteFloat, Field(ge=0)],
     Annotated[FiniteFloat, Field(ge=0)],
@@ -118,7 +121,7 @@ class BevelTip(Part):
 
     kind: Literal["bevel"]
     angle_deg: Annotated[
-        FiniteFloat, Field(gt=0, lt=90, description="Between the cut plane and the axis, degrees.")
+        FiniteFloat, Field(ge=1, lt=90, description="Between the cut plane and the axis, degrees.")
     ] = 20.0
 
 
@@ -250,7 +253,9 @@ class RenderSpec(Part):
 
     samples: Annotated[
         int,
-        Field(ge=1, le=65536, description="Per pixel on and next to the needle; may be rounded up."),
+        Field(
+            ge=1, le=65536, description="Per pixel on and next to the needle; may be rounded up."
+        ),
     ] = 64
     light_step_mm: Annotated[
         Positive, Field(description="Grid step of the background's illumination, mm.")

@@ -241,6 +241,8 @@ def _nearest_feet(inner: Array, f: float, g: float) -> tuple[Array, Array]:
     t, p, q = Polynomial([0, 1]), Polynomial([b, a]), Polynomial([d, c])
     slope = t * (p**2 + g**2 * q**2) ** 2 - (a * d - b * c) * (1 + f**2 * t**2) ** 2 * p * q
     roots = np.asarray(slope.trim().roots()).real
+    # An eigenvalue is only as exact as the largest root; the wanted one is often far smaller.
+    roots = np.concatenate([_newton_step(slope, _newton_step(slope, roots)), roots])
     # homogeneous (t, s), so that the plane at t = infinity is one candidate of the others' kind
     ts = np.append(roots, 1.0)
     ss = np.append(np.ones_like(roots), 0.0)
@@ -251,6 +253,13 @@ def _nearest_feet(inner: Array, f: float, g: float) -> tuple[Array, Array]:
     cost = (feet_left**2).sum(axis=1) + (feet_right**2).sum(axis=1)
     best = int(np.nanargmin(cost))
     return feet_left[best], feet_right[best]
+
+
+def _newton_step(polynomial: Polynomial, roots: Array) -> Array:
+    """Improve simple roots (n,); leave those where there is no finite step."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        better: Array = roots - polynomial(roots) / polynomial.deriv()(roots)
+    return np.where(np.isfinite(better), better, roots)
 
 
 def _feet(lines: Array) -> Array:

@@ -7,6 +7,8 @@ import pytest
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose, nearest_rotation
+from simtip.scene_file import load_scene
+from simtip.spec import SceneSpec
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -25,3 +27,23 @@ def paper_rig() -> StereoRig:
     R = [[0.862, -0.020, -0.507], [0.036, 0.999, 0.022], [0.506, -0.037, 0.861]]
     pose = Pose(nearest_rotation(R), np.array([72.047, 2.138, 14.041]))
     return StereoRig(Camera(left, 2048, 1436), Camera(right, 2048, 1436), pose)
+
+
+@pytest.fixture(scope="session")
+def scene(scene_path) -> SceneSpec:
+    """The paper's set-up at full size."""
+    return load_scene(scene_path)
+
+
+@pytest.fixture(scope="session")
+def small_scene(scene) -> SceneSpec:
+    """The paper's set-up, read out only around the tip: the same rays, fewer of them."""
+    return with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100])
+
+
+def with_roi(scene: SceneSpec, left: list[int], right: list[int], **render: object) -> SceneSpec:
+    """Read out only a region of each sensor."""
+    data = scene.model_dump(mode="json")
+    data["rig"]["left"]["roi"], data["rig"]["right"]["roi"] = left, right
+    data["render"].update(render)
+    return SceneSpec.model_validate(data)

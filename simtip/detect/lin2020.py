@@ -220,7 +220,7 @@ def median_filter(gray: Gray, window: int = DEFAULTS.median_window) -> Gray:
 
 
 def binarise(gray: Gray, threshold: int = DEFAULTS.threshold) -> Gray:
-    """Give 255 where ``gray >= threshold`` and 0 below (Eq. 11). (H, W) uint8 in and out."""
+    """Give 255 at or above the threshold and 0 below (Eq. 11). (H, W) uint8 in and out."""
     return np.where(gray >= threshold, np.uint8(255), np.uint8(0))
 
 
@@ -254,9 +254,9 @@ def remove_small_components(
 
 def _without_small(binary: Gray, value: int, min_area_px: int, connectivity: Connectivity) -> Gray:
     labels, areas = components(binary, connectivity, value)
-    small = areas < min_area_px
-    small[0] = False
-    return np.where(small[labels], np.uint8(255 - value), binary)
+    # label 0, all other pixels, has the new value already
+    small = (areas < min_area_px)[labels]
+    return np.where(small, np.uint8(255 - value), binary)
 
 
 def components(

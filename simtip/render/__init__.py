@@ -1,13 +1,19 @@
-"""Rendering: a scene to radiance per lamp. The only part of simtip that loads Mitsuba."""
+"""Rendering: a scene to radiance per lamp. The only part of simtip that loads Mitsuba.
+
+Importing this package loads neither Mitsuba nor Dr.Jit; the first render does.
+"""
 
 from __future__ import annotations
 
+from numpy.typing import ArrayLike
 
+from simtip.camera import Camera
+from simtip.geometry import Pose
 from simtip.render.backend import Backend, activated, choose
-from simtip.render.view import Progress, View
+from simtip.render.view import Floats, Progress, View
 from simtip.spec import SceneSpec
 
-__all__ = ["Backend", "Progress", "View", "choose", "render_pair"]
+__all__ = ["Backend", "Progress", "View", "choose", "render_discs", "render_pair"]
 
 
 def render_pair(
@@ -44,3 +50,48 @@ def render_pair(
         else:
             from simtip.render.pair import render_views
         return render_views(spec, backend, spec.seed if seed is None else seed, progress)
+
+
+def render_discs(
+    camera: Camera,
+    T_wc: Pose,
+    points_mm: ArrayLike,
+    radius_mm: float,
+    *,
+    samples: int = 256,
+    seed: int = 0,
+    backend: Backend | None = None,
+) -> Floats:
+    """Render bright discs, parallel to the image plane, on black.
+
+    A disc at constant depth is projected to an ellipse whose centroid is the projection of the
+    disc's centre, exactly, as long as there is no lens distortion; so the centroids of the blobs
+    tell where the renderer puts points.
+
+    Parameters
+    ----------
+    camera
+        Without distortion.
+    T_wc
+        Its pose in the world.
+    points_mm
+        (n, 3) disc centres in the world, mm, in front of the camera.
+    radius_mm
+        Of the discs.
+    samples
+        Per pixel.
+    seed, backend
+        As for `render_pair`.
+
+    Returns
+    -------
+    ndarray
+        (H, W) float32, the part of each pixel that is bright.
+    """
+    backend = backend or choose()
+    with activated(backend):
+        from simtip.render.markers import render
+
+        return render(
+            camera, T_wc, points_mm, radius_mm, samples, seed, scalar=backend.name == "scalar"
+        )

@@ -8,6 +8,7 @@ it is tried first in a process of its own.
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 import json
 import os
@@ -23,7 +24,7 @@ from typing import Any, Literal
 from platformdirs import user_cache_path
 
 from simtip.errors import BackendError, InputError
-from simtip.render.libllvm import Candidate, candidates
+from simtip.render.libllvm import Candidate, candidates, resident
 
 Name = Literal["cuda", "llvm", "scalar"]
 VARIANTS: dict[Name, str] = {
@@ -150,6 +151,51 @@ def _first_llvm() -> tuple[Candidate, Verdict] | None:
     return None
 
 
+def usable_llvm() -> tuple[Candidate, Verdict] | None:
+    """Find the LLVM library that this process can use, and why it is trusted.
+
+    If Dr.Jit was imported before simtip could choose, it is the one that Dr.Jit has loaded.
+    """
+    if "drjit" not in sys.modules:
+        return _first_llvm()
+    candidate = resident()
+    verdict = Verdict(ok=False, detail="") if candidate is None else judge(candidate)
+    return (candidate, verdict) if candidate is not None and verdict.ok else None
+
+
+def settle_llvm() -> None:
+    """See to it that Dr.Jit will load an LLVM library that works, or none at all."""
+    if "drjit" in sys.modules:
+        return
+    found = _first_llvm()
+    if found is not None:
+        os.environ[LIBRARY_VARIABLE] = found[0].path
+    elif candidates():
+        os.environ[LIBRARY_VARIABLE] = os.devnull
+        with _silenced_stderr():  # Dr.Jit complains that this is no library
+            importlib.import_module("drjit")
+
+
+@contextmanager
+def _silenced_stderr() -> Iterator[None]:
+    """Send what C code writes to stderr nowhere."""
+    sys.stderr.flush()
+    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def try_backend(backend: Backend) -> Verdict:
+    """Render a trial picture on a back end, in a child process."""
+    library = {} if backend.libllvm is None else {LIBRARY_VARIABLE: backend.libllvm}
+    return _probe(backend.variant, library)
+
+
 def choose(wanted: str | None = None) -> Backend:
     """Choose a back end.
 
@@ -180,23 +226,33 @@ def choose(wanted: str | None = None) -> Backend:
         if asked == "cuda":
             raise BackendError(f"CUDA does not work here: {verdict.detail}; see `simtip doctor`")
     if asked in ("auto", "llvm"):
-        found = _first_llvm()
+        found = usable_llvm()
         if found is not None:
             candidate, verdict = found
             return Backend("llvm", f"{candidate.source}: {verdict.detail}", candidate.path)
         if asked == "llvm":
             raise BackendError("no LLVM library that works was found; see `simtip doctor`")
-    reason = "asked for" if asked == "scalar" else "no GPU and no LLVM library that works"
-    return Backend("scalar", reason)
+    if asked == "scalar":
+        return Backend("scalar", "asked for")
+    if "drjit" in sys.modules and _first_llvm() is not None:
+        return Backend(
+            "scalar",
+            "Dr.Jit was imported before simtip, with an LLVM library that does not work; import "
+            f"simtip.render first, or set {LIBRARY_VARIABLE}",
+        )
+    return Backend("scalar", "no GPU and no LLVM library that works")
 
 
 @contextmanager
 def activated(backend: Backend) -> Iterator[None]:
     """Make Mitsuba use the back end within the block, quietly, and restore what was set before."""
-    if backend.libllvm is not None:
-        os.environ[LIBRARY_VARIABLE] = backend.libllvm
-    import mitsuba as mi
+    from simtip.render.engine import mi
 
+    loaded = resident()
+    if backend.libllvm is not None and loaded is not None and loaded.path != backend.libllvm:
+        raise BackendError(
+            f"Dr.Jit has loaded {loaded.path}, not {backend.libllvm}; import simtip.render first"
+        )
     before = mi.variant()
     mi.set_variant(backend.variant)
     level = mi.log_level()

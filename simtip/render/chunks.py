@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
+
+from simtip.render.engine import dr, mi
 
 LAUNCH_SAMPLES = 1 << 22
 Report = Callable[[int], None]

@@ -98,3 +98,22 @@ def candidates() -> list[Candidate]:
         if candidate is not None:
             unique.setdefault(candidate.path, candidate)
     return list(unique.values())
+
+
+def resident() -> Candidate | None:
+    """Find the library that Dr.Jit has loaded into this process; None if none or not to be told."""
+    drjit = sys.modules.get("drjit")
+    if drjit is None or not drjit.has_backend(drjit.JitBackend.LLVM):
+        return None
+    version = ".".join(map(str, drjit.detail.llvm_version()))
+    try:
+        maps = Path("/proc/self/maps").read_text()
+    except OSError:
+        # Elsewhere the version has to do.
+        return Candidate("", "loaded by Dr.Jit", version, _major(version) in TESTED_MAJORS)
+    paths = sorted({line.split(maxsplit=5)[-1] for line in maps.splitlines() if "LLVM" in line})
+    wheel = from_wheel()
+    for path in paths:
+        if wheel is not None and path == wheel.path:
+            return wheel
+    return Candidate(paths[0], "loaded by Dr.Jit", version) if paths else None

@@ -12,14 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
 from simtip.geometry import Array
 from simtip.render.board import Board
 from simtip.render.chunks import batches, stratified
+from simtip.render.engine import dr, mi
 from simtip.render.progress import Tally
 from simtip.render.tube import Tube
 from simtip.seeding import seed32
@@ -87,7 +86,9 @@ class Lookup:
     """Light maps as the renderer reads them: the fine one where it reaches, else the coarse."""
 
     def __init__(self, board: Board, fine: LightMap, coarse: LightMap) -> None:
-        self._axes = [mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in a]) for a in (board.x, board.y)]
+        self._axes = [
+            mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in a]) for a in (board.x, board.y)
+        ]
         self._centre = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in board.centre])
         self._levels = [self._level(fine), self._level(coarse)]
 
@@ -106,7 +107,7 @@ class Lookup:
         half_step = dr.opaque(mi.Float, grid.step / 2)
         return texture, corner, extent, half_step
 
-    def at(self, point: Any, active: Any) -> list[Any]:  # noqa: ANN401
+    def at(self, point: Any, active: Any) -> list[Any]:
         """Irradiance / pi per lamp and ambient at points of the board."""
         d = point - self._centre
         st = mi.Point2f(dr.dot(d, self._axes[0]), dr.dot(d, self._axes[1]))
@@ -122,17 +123,17 @@ class Lookup:
 class Illuminator:
     """Sends light samples from points of the board to the lamps and the room."""
 
-    def __init__(self, scene: Any, tubes: tuple[Tube, ...], board: Board) -> None:  # noqa: ANN401
+    def __init__(self, scene: Any, tubes: tuple[Tube, ...], board: Board) -> None:
         self._scene = scene
         self._tubes = tubes
         self._board = board
         self.groups = len(tubes) + 1
         self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
-    def _shares(self, point: Any, sampler: Any) -> tuple[list[Any], Any]:  # noqa: ANN401
+    def _shares(self, point: Any, sampler: Any) -> tuple[list[Any], Any]:
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.p, si.n, si.t = point, self._normal, mi.Float(1)
-        shares, blocked = [], mi.Mask(False)
+        shares, blocked = [], dr.zeros(mi.Mask, dr.width(point))
         for tube in self._tubes:
             sample = tube.sample(point, sampler.next_2d())
             cosine = dr.dot(self._normal, sample.direction)
@@ -148,13 +149,15 @@ class Illuminator:
     def trace(
         self, st: Array, samples: int, seed: int, tally: Tally
     ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); and which met a shadow."""
+        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); say which met a shadow."""
         world = self._board.centre + st @ np.stack([self._board.x, self._board.y])
         values = [np.zeros((0, self.groups), np.float32)]
         shadows = [np.zeros(0, np.bool_)]
         for k, part in enumerate(batches(world.astype(np.float32), samples)):
             sampler, index = stratified(len(part), samples, seed32(seed, k))
-            point = mi.Point3f([dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)])
+            point = mi.Point3f(
+                [dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)]
+            )
             shares, blocked = self._shares(point, sampler)
             sums = [dr.block_sum(s, samples) for s in shares]
             met = dr.block_sum(dr.select(blocked, mi.Float(1), 0), samples)

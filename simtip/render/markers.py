@@ -4,62 +4,38 @@ from __future__ import annotations
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose
-from simtip.render.backend import Backend, activated, choose
 from simtip.render.chunks import batches, stratified
+from simtip.render.engine import dr, mi
 from simtip.render.progress import Tally
+from simtip.render.serial import RowCamera, whole_image
+from simtip.render.view import Floats
+from simtip.render.wavefront import Eye
 from simtip.seeding import seed32
 
 
-def render_discs(
+def render(
     camera: Camera,
     T_wc: Pose,
     points_mm: ArrayLike,
     radius_mm: float,
+    samples: int,
+    seed: int,
     *,
-    samples: int = 256,
-    seed: int = 0,
-    backend: Backend | None = None,
-) -> NDArray[np.float32]:
-    """Render bright discs, parallel to the image plane, on black.
-
-    A disc at constant depth is projected to an ellipse whose centroid is the projection of the
-    disc's centre, exactly, without lens distortion; so the blobs' centroids tell where the renderer
-    puts points.
-
-    Parameters
-    ----------
-    camera
-        Without distortion.
-    T_wc
-        Its pose in the world.
-    points_mm
-        (n, 3) disc centres in the world, mm, in front of the camera.
-    radius_mm
-        Of the discs.
-
-    Returns
-    -------
-    ndarray
-        (H, W) float32, the part of each pixel that is bright.
-    """
-    backend = backend or choose()
+    scalar: bool,
+) -> Floats:
+    """Render bright discs; see `simtip.render.render_discs`."""
     points = np.asarray(points_mm, dtype=np.float64).reshape(-1, 3)
-    with activated(backend):
-        scene = mi.load_dict(_discs(T_wc, points, radius_mm), parallel=False)
-        if backend.name == "scalar":
-            from simtip.render.serial import RowCamera, whole_image
-
-            rows = RowCamera(camera, T_wc, whole_image(camera))
-            direct = mi.load_dict({"type": "direct"})
-            return rows.render(scene, direct, samples, seed, Tally(None))[..., 0]
-        return _render(scene, camera, T_wc, samples, seed)
+    scene = mi.load_dict(_discs(T_wc, points, radius_mm), parallel=False)
+    if scalar:
+        rows = RowCamera(camera, T_wc, whole_image(camera))
+        direct = mi.load_dict({"type": "direct"})
+        return rows.render(scene, direct, samples, seed, Tally(None))[..., 0]
+    return _render(scene, camera, T_wc, samples, seed)
 
 
 def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
@@ -78,13 +54,17 @@ def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
 
 
 def _render(
-    scene: Any, camera: Camera, T_wc: Pose, samples: int, seed: int  # noqa: ANN401
-) -> NDArray[np.float32]:
-    from simtip.render.wavefront import Eye
-
+    scene: Any,
+    camera: Camera,
+    T_wc: Pose,
+    samples: int,
+    seed: int,
+) -> Floats:
     eye = Eye(camera, T_wc)
     image = []
-    for k, part in enumerate(batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples)):
+    for k, part in enumerate(
+        batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples)
+    ):
         sampler, index = stratified(len(part), samples, seed32(seed, k))
         ray = eye.rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler.next_2d())
         bright = dr.select(scene.ray_test(ray), mi.Float(1), 0)

@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +25,7 @@ from simtip.needle import footprint
 from simtip.render.backend import Backend
 from simtip.render.board import Board
 from simtip.render.chunks import strata
+from simtip.render.engine import mi
 from simtip.render.progress import Tally
 from simtip.render.view import Progress, View
 from simtip.render.world import scene_dict
@@ -94,7 +94,7 @@ class RowCamera:
         )
         self._parameters = mi.traverse(self._sensor)
 
-    def render(self, scene: Any, integrator: Any, samples: int, seed: int, tally: Tally) -> Floats:  # noqa: ANN401
+    def render(self, scene: Any, integrator: Any, samples: int, seed: int, tally: Tally) -> Floats:
         """Render all rows: (rows, width, 3)."""
         K, rows = self._K, self._rows
         image = np.empty((len(rows.starts), rows.width, 3), np.float32)
@@ -212,7 +212,11 @@ def _clipped(rows: Rows, spec: SceneSpec, camera: Camera, T_wc: Pose) -> Rows:
 
 
 def _depth(
-    spec: SceneSpec, scene: Any, camera: Camera, T_wc: Pose, mask: NDArray[np.bool_]  # noqa: ANN401
+    spec: SceneSpec,
+    scene: Any,
+    camera: Camera,
+    T_wc: Pose,
+    mask: NDArray[np.bool_],
 ) -> Floats:
     """Camera z at pixel centres: the plane's where it is all there is, else by tracing rays."""
     v, u = np.mgrid[: camera.height, : camera.width]

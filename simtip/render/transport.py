@@ -2,10 +2,9 @@
 
 A path is camera - [needle -] background - lamp, camera - needle - lamp, or camera - lamp. Each lamp
 is sampled on its own, so that its noise does not depend on the others; the background's light comes
-from `simtip.render.lightmap`. Left out: light that reaches
-the background by way of the needle (caustics, under 0.4 % of the background close to the needle) and
-light that the background throws on itself (none: it is flat) or through the room (`ambient` stands
-for the room).
+from `simtip.render.lightmap`. Left out: light that reaches the background by way of the needle
+(caustics, under 0.4 % of the background close to the needle), and light from the background by way
+of the room (`ambient` stands for the room).
 
 All results are radiance per unit lamp radiance: light is linear, so lamp power, exposure and colour
 are applied afterwards without rendering again.
@@ -15,9 +14,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
-
+from simtip.render.engine import dr, mi
 from simtip.render.lightmap import Lookup
 from simtip.render.world import World
 

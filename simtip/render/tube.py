@@ -11,11 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 
 from simtip.geometry import unit
+from simtip.render.engine import dr, mi
 from simtip.spec import TubeLamp
 
 Vec = Any  # a Dr.Jit vector of the active variant: these types exist only once it is set
@@ -47,7 +46,7 @@ class Tube:
         self.shape: Any = None
 
     def _seen_from(self, x: Vec) -> tuple[Vec, Vec, Vec, Vec, Vec, Vec]:
-        """Foot of x on the axis: offset, distance, unit normal, angles of the ends, sin(phi_max)."""
+        """Give foot of x on the axis, distance, unit normal, angles of the ends, sin(phi_max)."""
         to_x = x - self.centre
         foot = dr.dot(to_x, self.axis)
         across = dr.fma(-foot, self.axis, to_x)

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.geometry import Pose
 from simtip.render.chunks import Report, batches, stratified
+from simtip.render.engine import dr, mi
 from simtip.render.lightmap import Lookup
 from simtip.render.transport import radiance
 from simtip.render.world import World
@@ -39,7 +38,7 @@ class Eye:
         ]
         self.origin = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in T_wc.t])
 
-    def rays(self, pixel: Any, offset: Any) -> Any:  # noqa: ANN401 (Dr.Jit types)
+    def rays(self, pixel: Any, offset: Any) -> Any:
         """Rays through pixels (index v * width + u), `offset` in [0, 1)^2 across each square.
 
         (0.5, 0.5) is the pixel's centre, which is where OpenCV's integer coordinates lie.
@@ -80,8 +79,13 @@ def render_pixels(
 
 
 def first_hits(world: World, eye: Eye, pixels: int) -> tuple[Floats, NDArray[np.bool_]]:
-    """Look through pixel centres: camera z (n,), mm, of the nearest surface, inf where there is
-    none; and whether that is the background's lit side.
+    """Look through pixel centres.
+
+    Returns
+    -------
+    tuple
+        (n,) camera z, mm, of the nearest surface, inf where there is none; (n,) whether that is
+        the background's lit side.
     """
     depths, boards = [], []
     for part in batches(np.arange(pixels, dtype=np.uint32), 1):

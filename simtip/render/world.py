@@ -8,13 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
 import trimesh
 
 from simtip.geometry import Array, unit
 from simtip.render.board import Board
+from simtip.render.engine import dr, mi
 from simtip.render.metal import METALS, at_wavelengths
 from simtip.render.tube import Tube
 from simtip.spec import BackgroundSpec, NeedleMaterial, NeedleSpec, SceneSpec, TubeLamp
@@ -59,7 +58,7 @@ def needle_mesh(needle: NeedleSpec) -> trimesh.Trimesh:
     return trimesh.Trimesh(pose.apply(mesh.vertices), mesh.faces, process=False)
 
 
-def mitsuba_mesh(name: str, mesh: trimesh.Trimesh, parts: dict[str, Any]) -> Any:  # noqa: ANN401
+def mitsuba_mesh(name: str, mesh: trimesh.Trimesh, parts: dict[str, Any]) -> Any:
     """Load a triangle mesh with its material (and light); its faces are flat."""
     props = mi.Properties()
     for key, part in parts.items():
@@ -72,7 +71,7 @@ def mitsuba_mesh(name: str, mesh: trimesh.Trimesh, parts: dict[str, Any]) -> Any
     return shape
 
 
-def metal_bsdf(material: NeedleMaterial, wavelength_nm: tuple[float, float, float]) -> Any:  # noqa: ANN401
+def metal_bsdf(material: NeedleMaterial, wavelength_nm: tuple[float, float, float]) -> Any:
     """Build the needle's rough conductor from measured n and k at the channels' wavelengths."""
     n, k = at_wavelengths(METALS[material.metal], wavelength_nm)
     return mi.load_dict(
@@ -115,7 +114,7 @@ def _tube(lamp: TubeLamp, *, lit: bool) -> dict[str, Any]:
 def scene_dict(
     spec: SceneSpec,
     lit: str | None = None,
-    metal: Any = None,  # noqa: ANN401 (a BSDF or its dictionary)
+    metal: Any = None,
 ) -> dict[str, Any]:
     """Describe the scene to Mitsuba.
 

@@ -75,7 +75,9 @@ def test_its_parameters_are_declared_and_their_defaults_are_accepted(name):
         assert parameter.description
         assert parameter.type
     values = {p.name: p.default for p in declared}
-    as_text = {n: ",".join(map(str, v)) if isinstance(v, tuple) else str(v) for n, v in values.items()}
+    as_text = {
+        n: ",".join(map(str, v)) if isinstance(v, tuple) else str(v) for n, v in values.items()
+    }
     tips = [detect.configure(name, v)(needle()).tip_px.tolist() for v in ({}, values, as_text)]
     assert tips[0] == tips[1] == tips[2]
 

@@ -35,15 +35,11 @@ def drawn(rows):
 @LIKE_PROPERTY
 @given(small_images(st.tuples(st.integers(1, 6), st.integers(1, 6), st.just(3))))
 def test_gray_is_the_weighted_average_rounded_with_halves_up(image):
-    exact = [
-        [int(sum(int(c) * w for c, w in zip(px, (299, 587, 114), strict=True)) + 500) // 1000]
-        for px in image.reshape(-1, 3)
-    ]
-    assert np.array_equal(lin2020.to_gray(image).reshape(-1, 1), exact)
+    exact = (image.astype(int) @ [299, 587, 114] + 500) // 1000
+    assert np.array_equal(lin2020.to_gray(image), exact)
 
 
 def test_gray_rounds_an_exact_half_up():
-    # 500 = 299 r + 587 g + 114 b (mod 1000) has solutions; take every one of them on a slice
     r, g, b = np.meshgrid(np.arange(256), np.arange(0, 256, 5), np.arange(256), indexing="ij")
     sums = 299 * r + 587 * g + 114 * b
     half = sums % 1000 == 500
@@ -77,18 +73,22 @@ def test_every_eight_bit_value_survives_sixteen_bits():
     assert np.array_equal(lin2020.to_gray(values.astype(np.uint16) * 257), values)
 
 
-def test_sixteen_bit_colour_is_not_rounded_twice():
-    # 0.299 R + 0.587 G + 0.114 B = 128.3: rounded to 16 bits first or last, 128 / 257 -> 0 or 1?
-    # Channels rounded to 8 bits before the average (0, 0, 1 -> 0) differ from 129 -> 0.502 -> 1.
-    image = np.array([[[128, 129, 130]]], np.uint16)
-    average = 0.299 * 128 + 0.587 * 129 + 0.114 * 130
-    assert average / 257 > 0.5
-    assert np.round(average) / 257 > 0.5
-    assert lin2020.to_gray(image).item() == 1
-    # 128.4 is below one half of 257: rounding the average up to a whole DN first would not be
-    image = np.array([[[128, 128, 133]]], np.uint16)
-    assert 128.5 < 0.886 * 128 + 0.114 * 133 < 129
-    assert lin2020.to_gray(image).item() == 1
+@LIKE_PROPERTY
+@given(hnp.arrays(np.uint16, (3, 4, 3), elements=st.integers(0, 1023)), st.booleans())
+def test_sixteen_bit_colour_is_averaged_before_it_is_rounded(image, ten_bit):
+    white_dn = 1023 if ten_bit else 65535
+    exact = [
+        int(
+            sum(Fraction(int(c) * w, 1000) for c, w in zip(px, (299, 587, 114), strict=True))
+            * Fraction(255, white_dn)
+            + Fraction(1, 2)
+        )
+        for px in image.reshape(-1, 3)
+    ]
+    gray = lin2020.to_gray(image, full_scale=white_dn if ten_bit else None)
+    assert gray.ravel().tolist() == exact
+    # channels rounded first would give 0, 0, 1 and so 0; their average is 129.4 / 257
+    assert lin2020.to_gray(np.array([[[128, 128, 140]]], np.uint16)).item() == 1
 
 
 @pytest.mark.parametrize(
@@ -179,8 +179,8 @@ def test_small_dark_components_go_and_bright_holes_stay_unless_asked():
     dark_gone, hole_filled = image.copy(), image.copy()
     dark_gone[3, 7] = 255
     hole_filled[2, 3] = 0
-    both = np.minimum(dark_gone, 255)
-    both[2, 3] = 0
+    both = np.where(hole_filled == 0, hole_filled, dark_gone)
+    both[3, 7] = 255
     assert np.array_equal(lin2020.remove_small_components(image, 3), dark_gone)
     assert np.array_equal(lin2020.remove_small_components(image, 3, 8, "bright"), hole_filled)
     assert np.array_equal(lin2020.remove_small_components(image, 3, 8, "both"), both)
@@ -262,8 +262,8 @@ def test_axis_points_from_the_tip_along_the_needle(degrees):
     direction = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
     across = np.array([-direction[1], direction[0]])
     tip = np.array([200.0, 200.0])
-    corners = tip + [[0, 0], *(d * direction + s * across for d, s in [(20, 5), (150, 5)])]
-    corners = np.vstack([corners, tip + 150 * direction - 5 * across, tip + 20 * direction - 5 * across])
+    outline = [(0, 0), (20, 5), (150, 5), (150, -5), (20, -5)]
+    corners = np.array([tip + along * direction + aside * across for along, aside in outline])
     image = white(400, 400)
     cv2.fillPoly(image, [np.round(corners).astype(np.int32)], 0)
     axis = lin2020.needle_axis(image, tip)

@@ -1,5 +1,7 @@
 """Does the whole extraction give the known pixel of a drawn needle, or the right reason?"""
 
+import re
+
 import cv2
 import numpy as np
 import pytest
@@ -30,6 +32,10 @@ def reason(image, **values):
     return observation.status, observation.reason
 
 
+def stage(image, name, **values):
+    return lin2020.detect(image, Lin2020Parameters(**values), layers=True).layers[name]
+
+
 def test_a_bar_is_found_at_its_end_with_its_axis_up():
     # the median of 5 rounds the bar's corners off by one pixel and leaves its last row
     observation = found(scene())
@@ -44,9 +50,7 @@ def test_a_bar_of_even_width_is_found_between_two_pixels():
     assert found(image).tip_px.tolist() == [110.5, 299]
 
 
-@pytest.mark.parametrize(
-    "tip", [(110, 350), (110.25, 350.5), (111.9, 349.2), (110.5, 350.75)]
-)
+@pytest.mark.parametrize("tip", [(110, 350), (110.25, 350.5), (111.9, 349.2), (110.5, 350.75)])
 def test_a_slender_cone_is_found_on_its_last_dark_row(tip):
     image = np.full((400, 300), 255, np.uint8)
     u, v = tip
@@ -90,23 +94,21 @@ def test_every_parameter_reaches_its_step():
     assert found(chain, **values, connectivity=8).tip_px[1] == 319
     assert found(chain, **values, connectivity=4).tip_px[1] == 299
 
-    holed = scene(dark=0)
-    holed[290:300, 108:113] = 180  # a notch of glare at the end, closed below
-    holed[299, 100:121] = 0
-    holed[292:298, 103:118] = 180
-    layers = {
-        polarity: lin2020.detect(
-            holed, Lin2020Parameters(polarity=polarity, min_area_px=500), layers=True
-        ).layers["cleaned"]
-        for polarity in ("dark", "both")
-    }
-    assert layers["dark"][294, 110] == 255
-    assert layers["both"][294, 110] == 0
+    holed = scene()
+    holed[100:120, 105:115] = 180
+    values = {"min_area_px": 500}
+    assert stage(holed, "cleaned", **values)[110, 110] == 255
+    assert stage(holed, "cleaned", **values, polarity="both")[110, 110] == 0
 
-    plain = lin2020.edges(layers["dark"])
-    for values in ({"canny_aperture": 7}, {"canny_low": 700, "canny_high": 900, "canny_l2": True}):
-        changed = lin2020.detect(holed, Lin2020Parameters(**values, min_area_px=500), layers=True)
-        assert not np.array_equal(changed.layers["edges"], plain)
+    slanted = np.full((400, 300), 180, np.uint8)
+    cv2.fillPoly(slanted, [np.array([(100, -9), (150, -9), (210, 300), (190, 310)])], 40)
+    plain = stage(slanted, "edges")
+    low_high = {"canny_low": 1050, "canny_high": 1200}
+    for values in ({"canny_aperture": 7}, low_high, {**low_high, "canny_l2": True}):
+        assert not np.array_equal(stage(slanted, "edges", **values), plain)
+    assert not np.array_equal(
+        stage(slanted, "edges", **low_high), stage(slanted, "edges", **low_high, canny_l2=True)
+    )
 
 
 def test_a_lower_object_is_the_tip_unless_only_the_largest_is_kept():
@@ -143,17 +145,21 @@ def test_reasons_carry_the_numbers():
     assert "3000 / 4000" in text
 
 
-@pytest.mark.parametrize("turns", [0, 1, 2, 3])
-def test_a_needle_that_leaves_through_the_border_has_no_tip(turns):
-    """Lower end cut off at the bottom, the left or the right; or nothing but the top is dark."""
+@pytest.mark.parametrize(
+    "needle",
+    [
+        (slice(150, 300), slice(100, 150)),  # leaves at the bottom
+        (slice(100, 150), slice(150, 300)),  # at the right
+        (slice(100, 150), slice(0, 150)),  # at the left
+        (slice(0, 2), slice(20, 280)),  # only the top rows are dark
+    ],
+)
+def test_a_lower_end_at_any_border_is_no_tip(needle):
     image = np.full((300, 300), 180, np.uint8)
-    image[150:, 100:130] = 40
-    image = np.rot90(image, turns)
-    status, text = reason(image) if turns != 2 else ("touches_border", "0 px")
+    image[needle] = 40
+    status, text = reason(image, min_area_px=500)
     assert status == "touches_border"
-    assert "0 px" in text
-    if turns == 2:  # enters at the top and ends within: a tip
-        assert found(image).ok
+    assert re.search(r"is [01] px from the border of the 300 x 300 image", text)
 
 
 @pytest.mark.parametrize(("gap", "ok"), [(2, False), (3, True)])

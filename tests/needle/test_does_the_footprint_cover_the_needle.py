@@ -125,14 +125,45 @@ def test_a_camera_inside_the_needle_sees_nothing_else(camera):
     assert mask.all()
 
 
-def test_exactly_what_is_in_the_image_is_in_view():
-    """A pinhole: the needle's flank is moved across the image's left edge by a thousandth px."""
+@pytest.mark.parametrize(("edge_px", "outward"), [(-0.5, -1), (511.5, 1)])
+def test_exactly_what_is_in_the_image_is_in_view(edge_px, outward):
+    """A pinhole: the needle's flank is moved across an upright edge by a thousandth of a px."""
     for beyond, expected in ((-1e-3, True), (1e-3, False)):
-        edge = (-0.5 - beyond - K[0, 2]) / K[0, 0]  # x / z of the flank, which is seen aslant
-        x = 170 * edge - 0.835 * math.hypot(1, edge)
+        edge = (edge_px + outward * beyond - K[0, 2]) / K[0, 0]  # x / z of the flank, seen aslant
+        x = 170 * edge + outward * 0.835 * math.hypot(1, edge)
         T = CONE.pose((x, 20, 170), (0, -1, 0))
         # 128 sides fall short of the circle by 7e-4 px at most, which 1e-3 px exceeds.
         assert in_view(CONE, T, PINHOLE) is expected
+
+
+@pytest.mark.parametrize(("edge_px", "outward"), [(-0.5, -1), (358.5, 1)])
+def test_exactly_what_is_in_the_image_is_in_view_upright(edge_px, outward):
+    """As before, with the apex alone crossing the upper or the lower edge."""
+    for beyond, expected in ((-1e-6, True), (1e-6, False)):
+        y = (edge_px + outward * beyond - K[1, 2]) / K[1, 1] * 170
+        T = CONE.pose((20, y, 170), (0, outward, 0))
+        assert in_view(CONE, T, PINHOLE) is expected
+
+
+@pytest.mark.parametrize(
+    ("camera", "u"), [(BARREL, -0.48), (BARREL, 0.55), (PINCUSHION, -0.43), (PINCUSHION, 0.5)]
+)
+def test_the_footprint_follows_a_needle_that_distortion_bends(camera, u):
+    """Along the image's side a straight needle bends by more than 3 px, beyond the slack of 2."""
+    T = HAIR.pose((170 * u, 55, 170), (0, -1, 0))
+    bend = camera.project(T.apply([[0, 0, 0], [0, 0, 55], [0, 0, 110]]))[:, 0] @ [0.5, -1, 0.5]
+    assert abs(bend) > 3
+    seen = touched(HAIR, T, camera)
+    assert seen.sum() > 250
+    assert not (seen & ~footprint(HAIR, T, camera)).any()
+
+
+@pytest.mark.parametrize("centre", [100.0, 100.25, 99.75])
+def test_the_footprint_is_centred_on_the_needle(centre):
+    """A hair upright on pixel column 100 is widened equally to both sides: no half pixel off."""
+    T = HAIR.pose(((centre - K[0, 2]) / K[0, 0] * 170, 20, 170), (0, -1, 0))
+    columns = np.flatnonzero(footprint(HAIR, T, PINHOLE)[100])
+    assert (columns[0] + columns[-1]) / 2 == 100
 
 
 def test_a_margin_is_no_negative_number():

@@ -7,8 +7,7 @@ import pytest
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose
-from simtip.render import choose
-from simtip.render.markers import render_discs
+from simtip.render import choose, render_discs
 
 MEAN_PX = 0.005
 WORST_PX = 0.02

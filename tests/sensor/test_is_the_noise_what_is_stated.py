@@ -21,14 +21,12 @@ def light_for(mean_e, spec=SPEC, shape=SHAPE):
     return np.broadcast_to(mean_e / sensor.responsivity(spec), (*shape, 3)).astype(np.float32)
 
 
-@pytest.mark.parametrize("mu", [32, 33.3, 50, 100.25, 1000, 10000])
-def test_the_quantile_expansion_is_poisson(mu, monkeypatch):
-    """No sampling: the expansion is fed a fine grid of normal quantiles in double precision.
+@pytest.mark.parametrize("mu", [sensor.EXACT_BELOW_E, 33.3, 50, 100.25, 1000, 10000])
+def test_the_quantile_expansion_is_poisson(mu):
+    """No sampling: where the expansion first reaches n, at w, P(X < n) is Phi(w).
 
-    It rises with w and is rounded down, so the first w at which it reaches n gives P(X < n) =
-    Phi(w), to be compared with Poisson's own. The bounds are those of the docstring, plus the
-    grid's step: 1.6e-5 of w, 6.4e-6 in Phi, to which total variation adds up over at most
-    the number of steps passed; the grid is refined around each crossing instead, see below.
+    w is found by bisection in double precision and Phi(w) compared with Poisson's own
+    distribution function. The bounds are those of the docstring.
     """
 
     class Quantiles:
@@ -55,7 +53,7 @@ def test_the_quantile_expansion_is_poisson(mu, monkeypatch):
     true = np.concatenate([[0], stats.poisson.cdf(n - 1, mu), [1]])
     p, p_true = np.diff(below), np.diff(true)
     value = np.concatenate([[n[0] - 1], n])
-    assert np.abs(p - p_true).sum() / 2 < 1.3e-5 * (32 / mu) ** 2 + 1e-10
+    assert np.abs(p - p_true).sum() / 2 < 1.3e-5 * min(1, 32 / mu) ** 2 + 1e-10
     mean = p @ value
     assert mean == pytest.approx(p_true @ value, abs=1e-9)
     assert p @ (value - mean) ** 2 == pytest.approx(mu, rel=3e-5)
@@ -134,10 +132,11 @@ def test_single_precision_does_not_bias_bright_pixels():
 def test_the_photon_transfer_gives_back_gain_and_read_noise():
     """EMVA 1288: variance = K (mean - black) + K^2 sigma_d^2 + 1/12, from pairs of images.
 
-    An image's variance over n pixels has a relative standard error of sqrt(2 / n): 0.16 %. Eight
-    levels, weighted by it, give K to 0.1 %; the intercept hangs on the darkest level: 0.0998 DN^2.
+    A variance over n values has a relative standard error of sqrt(2 / n), here 0.16 %; the fit's
+    own covariance then gives the tolerances, 4 standard errors. From 700 e- on the spread is
+    above 0.68 DN, and the rounding's variance within 1e-4 of 1/12.
     """
-    levels = np.array([50.0, 500, 1500, 2500, 3500, 4500, 6000, 7500])
+    levels = np.array([700.0, 1200, 2000, 3000, 4500, 6000, 7500])
     mean, variance = [], []
     for k, level in enumerate(levels):
         a, b = (
@@ -147,9 +146,12 @@ def test_the_photon_transfer_gives_back_gain_and_read_noise():
         mean.append((a.mean() + b.mean()) / 2 - SPEC.black_level_dn)
         variance.append((a - b).var() / 2)
     weight = 1 / (np.array(variance) * np.sqrt(2 / a.size))
-    slope, intercept = np.polyfit(mean, variance, 1, w=weight)
-    assert slope == pytest.approx(SPEC.gain_dn_per_e, rel=4e-3)
-    assert intercept == pytest.approx((0.0255 * 5) ** 2 + 1 / 12, abs=1.5e-3)
+    (slope, intercept), covariance = np.polyfit(mean, variance, 1, w=weight, cov="unscaled")
+    slope_error, intercept_error = 4 * np.sqrt(np.diag(covariance))
+    assert slope_error < 0.005 * SPEC.gain_dn_per_e
+    assert intercept_error < 0.008  # the read noise gives 0.016, the rounding 0.083
+    assert abs(slope - SPEC.gain_dn_per_e) < slope_error
+    assert abs(intercept - (0.0255 * 5) ** 2 - 1 / 12) < intercept_error
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_side_others():

@@ -1,0 +1,38 @@
+# `make demo` runs the main job, `make test` the tests; both make their own .venv first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT := out/demo
+
+.PHONY: demo test lint check clean
+
+demo: $(VENV)/.simtip
+	rm -rf $(OUT)
+	$(BIN)/simtip run scenes/01_single_tip.yaml -o $(OUT)
+
+test: $(VENV)/.simtip-test
+	$(BIN)/pytest -n auto
+
+lint: $(VENV)/.simtip-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+check: lint test
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo 'simtip needs Python 3.11 or newer; run make PYTHON=python3.11 (or newer) ...' >&2; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.simtip: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.simtip-test: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	@touch $@ $(VENV)/.simtip
+
+clean:
+	rm -rf $(VENV) out

@@ -1,0 +1,5 @@
+"""``python -m simtip``."""
+
+from simtip.cli import main
+
+main()

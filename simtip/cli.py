@@ -1,0 +1,269 @@
+"""The command line: arguments in, tables or one JSON object out."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simtip import __version__
+from simtip.errors import InputError, SimtipError
+from simtip.scene_file import SceneFile, read_scene, scene_schema
+from simtip.triangulate import Method
+
+app = typer.Typer(
+    name="simtip",
+    help="Validate stereo needle-tip measurement on rendered images with known truth.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+# Typer brings its own copy of click, of which only the leaves are public.
+ClickError = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (YAML).")]
+OutOption = Annotated[
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", min=0, help="Root seed, instead of the scene's own.")
+]
+BackendOption = Annotated[
+    str | None,
+    typer.Option("--backend", metavar="NAME", help="auto, cuda, llvm or scalar [default: auto]."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]
+
+
+@contextmanager
+def located(scene: SceneFile) -> Iterator[None]:
+    """Give an error about a scene's field its file and line."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is None and error.field is not None and not error.field.startswith("-"):
+            raise scene.error(error.problem, error.field, remedy=error.remedy) from error
+        raise
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(data, allow_nan=False) + "\n")
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        sys.stdout.write(f"simtip {__version__}\n")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        sys.stdout.write(context.get_help() + "\n")
+        raise typer.Exit(2)
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    out: OutOption = None,
+    seed: SeedOption = None,
+    backend: BackendOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Render a scene, measure the needle tip, score it against the truth."""
+    from simtip.console import progress_bar, show_result
+    from simtip.output_folder import OutputFolder
+    from simtip.render import choose
+    from simtip.result_folder import write_manifest, write_simulation, write_trial
+    from simtip.trial import run_trial
+
+    source = read_scene(scene)
+    if out is not None:
+        OutputFolder(out).check()
+    with located(source), progress_bar("rendering") as progress:
+        trial = run_trial(source.spec, seed=seed, backend=choose(backend), progress=progress)
+    result = trial.to_dict()
+    if out is not None:
+        with OutputFolder(out) as folder:
+            write_simulation(folder, trial.simulation)
+            write_trial(folder, trial)
+            write_manifest(folder, trial.simulation, result["timings_s"])
+    if as_json:
+        _print_json(result)
+        return
+    show_result(result)
+    _say_where(out, "overlay.png, result.json")
+
+
+@app.command()
+def render(
+    scene: SceneArgument,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+    ],
+    seed: SeedOption = None,
+    backend: BackendOption = None,
+    exr: Annotated[
+        bool, typer.Option("--exr", help="Also float radiance, needle coverage and depth.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Render a scene's images and write its truth, without measuring."""
+    from simtip.console import progress_bar
+    from simtip.output_folder import OutputFolder
+    from simtip.render import choose
+    from simtip.result_folder import write_manifest, write_simulation
+    from simtip.simulate import simulate
+
+    source = read_scene(scene)
+    OutputFolder(out).check()
+    with located(source), progress_bar("rendering") as progress:
+        done = simulate(source.spec, seed=seed, backend=choose(backend), progress=progress)
+    with OutputFolder(out) as folder:
+        write_simulation(folder, done, exr=exr)
+        write_manifest(folder, done, done.timings_s)
+    if as_json:
+        truth = done.truth.to_dict()
+        facts = {"scene": source.spec.name, "seed": done.seed, "backend": done.backend.variant}
+        _print_json({**facts, "out": str(out), "truth": truth, "timings_s": done.timings_s})
+        return
+    _say_where(out, "left.png, right.png, truth.json")
+
+
+@app.command()
+def measure(
+    left: Annotated[Path, typer.Argument(metavar="LEFT", help="Left image file.")],
+    right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Right image file.")],
+    rig: Annotated[
+        Path,
+        typer.Option("--rig", metavar="RIG", help="OpenCV YAML with M1 D1 M2 D2 R T (mm)."),
+    ],
+    detector: Annotated[str, typer.Option("--detector", metavar="NAME")] = "lin2020",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Detector parameter; repeatable."),
+    ] = None,
+    method: Annotated[
+        Method, typer.Option("--method", help="How two rays become one point.")
+    ] = "svd",
+    max_distance_px: Annotated[
+        float, typer.Option("--max-distance", metavar="PX", help="From the epipolar line.")
+    ] = 2.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure the needle tip on a pair of image files of any origin."""
+    from simtip.console import show_result
+    from simtip.detect import configure
+    from simtip.image_file import read_image
+    from simtip.measure import measure_pair
+    from simtip.rig_file import read_rig
+
+    configured = configure(detector, _parse_settings(settings or []))
+    if not max_distance_px > 0:
+        raise InputError(
+            f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
+        )
+    images = [read_image(left), read_image(right)]
+    sizes = [(image.shape[1], image.shape[0]) for image in images]
+    cameras = read_rig(rig, *sizes)
+    measurement = measure_pair(
+        *images, cameras, configured, max_distance_px=max_distance_px, method=method
+    )
+    names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
+    result = {**names, **measurement.to_dict()}
+    if as_json:
+        _print_json(result)
+        return
+    show_result(result)
+
+
+@app.command()
+def rig(
+    scene: SceneArgument,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FILE", help="Instead of stdout.")
+    ] = None,
+) -> None:
+    """Export a scene's true rig as OpenCV YAML (M1 D1 M2 D2 R T)."""
+    from simtip.rig_file import rig_text, write_rig
+
+    cameras = read_scene(scene).spec.rig.rig()
+    if out is None:
+        sys.stdout.write(rig_text(cameras))
+    else:
+        write_rig(out, cameras)
+
+
+@app.command()
+def doctor(backend: BackendOption = None, as_json: JsonOption = False) -> None:
+    """Say which renderers work on this machine, which is used, and how to mend the rest."""
+    from simtip.console import show_diagnosis
+    from simtip.doctor import diagnose
+    from simtip.result_folder import environment
+
+    diagnosis = diagnose(backend)
+    if as_json:
+        _print_json({**environment(), **diagnosis.to_dict()})
+    else:
+        show_diagnosis(diagnosis, environment())
+    if not diagnosis.ok:
+        raise typer.Exit(1)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files, for completion in editors."""
+    sys.stdout.write(json.dumps(scene_schema(), indent=2) + "\n")
+
+
+def _parse_settings(settings: list[str]) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals or not key:
+            raise InputError(
+                f"{setting!r} is not KEY=VALUE", field="--set", remedy="write e.g. threshold=105"
+            )
+        values[key.strip()] = value.strip()
+    return values
+
+
+def _say_where(out: Path | None, what: str) -> None:
+    if out is not None:
+        sys.stdout.write(f"written to {out}: {what}\n")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; user errors are one line on stderr and exit code 2."""
+    try:
+        code = app(arguments, standalone_mode=False)
+    except SimtipError as error:
+        _fail(str(error), 2)
+    except ClickError as error:
+        _fail(_usage(error), 2)
+    except (typer.Abort, KeyboardInterrupt):
+        _fail("interrupted; nothing was written", 130)
+    else:
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _usage(error: Any) -> str:
+    context = getattr(error, "ctx", None)
+    hint = f"; see `{context.command_path} --help`" if context else ""
+    return error.format_message().rstrip(".") + hint
+
+
+def _fail(message: str, code: int) -> None:
+    sys.stderr.write("simtip: " + " ".join(message.split()) + "\n")
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

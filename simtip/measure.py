@@ -1,0 +1,155 @@
+"""From two images to one point in space: detection, matching, triangulation.
+
+Knows nothing of the simulation, so it works on photographs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from simtip.camera import StereoRig
+from simtip.detect import ConfiguredDetector, Image, TipObservation
+from simtip.errors import InputError
+from simtip.geometry import Array
+from simtip.match import MAX_DISTANCE_PX, StereoMatch, match_tips
+from simtip.triangulate import Method, TipEstimate, triangulate
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Everything measured on one pair of images; a stage that could not run is None.
+
+    Attributes
+    ----------
+    left, right
+        What the detector saw.
+    match
+        Whether the two tips can be one point.
+    estimate
+        The tip in the rig's frame.
+    timings_s
+        Wall time of "detect", "match" and "triangulate"; 0 for what did not run.
+    """
+
+    left: TipObservation
+    right: TipObservation
+    match: StereoMatch | None = None
+    estimate: TipEstimate | None = None
+    timings_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """``ok`` or the code of the first thing that failed, e.g. ``left_touches_border``."""
+        for side, seen in (("left", self.left), ("right", self.right)):
+            if not seen.ok:
+                return f"{side}_{seen.status}"
+        for stage in (self.match, self.estimate):
+            if stage is not None and not stage.ok:
+                return str(stage.status)
+        return "ok"
+
+    @property
+    def reason(self) -> str:
+        """What failed, in a sentence with its numbers; empty if nothing did."""
+        views = [(f"{side}: ", seen) for side, seen in (("left", self.left), ("right", self.right))]
+        stages = [("", stage) for stage in (self.match, self.estimate) if stage is not None]
+        return "; ".join(
+            f"{where}{part.reason}" for where, part in [*views, *stages] if not part.ok
+        )
+
+    @property
+    def tip_mm(self) -> Array | None:
+        """The measured tip (3,), mm, rig frame; None if there is none."""
+        return None if self.estimate is None else self.estimate.point_mm
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain lists and numbers: the keys of ``measure --json``."""
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            "tip_measured_mm": _plain(self.tip_mm),
+            "tip_covariance_mm2": _plain(self.estimate and self.estimate.covariance_mm2),
+            "tip_detected_px": {
+                "left": _plain(self.left.tip_px),
+                "right": _plain(self.right.tip_px),
+            },
+            "epipolar_distance_px": self.match and self.match.distance_px,
+            "ray_gap_mm": self.estimate and self.estimate.gap_mm,
+            "timings_s": dict(self.timings_s),
+        }
+
+
+def _plain(values: Array | None) -> Any:
+    return None if values is None else values.tolist()
+
+
+@contextmanager
+def timed(timings_s: dict[str, float], name: str) -> Iterator[None]:
+    """Record the wall time of a block."""
+    start = time.perf_counter()
+    yield
+    timings_s[name] = time.perf_counter() - start
+
+
+def measure_pair(
+    left: Image,
+    right: Image,
+    rig: StereoRig,
+    detector: ConfiguredDetector,
+    *,
+    max_distance_px: float = MAX_DISTANCE_PX,
+    method: Method = "svd",
+) -> Measurement:
+    """Measure the needle tip on one pair of images.
+
+    Parameters
+    ----------
+    left, right
+        (H, W) gray or (H, W, 3) RGB, 8 or 16 bit, of the sizes that the rig says.
+    rig
+        The calibrated cameras.
+    detector
+        See `simtip.detect.configure`.
+    max_distance_px
+        Largest accepted symmetric epipolar distance.
+    method
+        Of triangulation; see `simtip.triangulate`.
+
+    Raises
+    ------
+    InputError
+        An image is not of the size that the rig says.
+    """
+    for side, image, camera in (("left", left, rig.left), ("right", right, rig.right)):
+        height, width = image.shape[:2]
+        if (width, height) != camera.size:
+            raise InputError(
+                f"the {side} image is {width}x{height} px, the rig's {side} camera "
+                f"{camera.width}x{camera.height}",
+                remedy="give the rig that took the images",
+            )
+    timings = dict.fromkeys(("detect", "match", "triangulate"), 0.0)
+    with timed(timings, "detect"):
+        seen = detector(left), detector(right)
+    if seen[0].tip_px is None or seen[1].tip_px is None:
+        return Measurement(*seen, timings_s=timings)
+    with timed(timings, "match"):
+        match = match_tips(seen[0].tip_px, seen[1].tip_px, rig, max_distance_px)
+    if not match.ok:
+        return Measurement(*seen, match, timings_s=timings)
+    covariances = [o.covariance_px for o in seen]
+    claimed = all(c is not None for c in covariances)
+    with timed(timings, "triangulate"):
+        estimate = triangulate(
+            seen[0].tip_px,
+            seen[1].tip_px,
+            rig,
+            method,
+            covariance_left_px=covariances[0] if claimed else None,
+            covariance_right_px=covariances[1] if claimed else None,
+        )
+    return Measurement(*seen, match, estimate, timings)

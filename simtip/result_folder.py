@@ -1,0 +1,134 @@
+"""What `run` and `render` leave behind: images, truth, result, and how to make them again."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+import importlib.metadata
+import json
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip import __version__
+from simtip.image_file import write_png
+from simtip.overlay import draw_view, side_by_side
+from simtip.render import Backend, View
+from simtip.rig_file import write_rig
+from simtip.scene_file import dump_scene
+from simtip.simulate import Simulation
+from simtip.trial import Trial
+
+PACKAGES = (
+    "mitsuba",
+    "drjit",
+    "karellen-llvm-core",
+    "numpy",
+    "scipy",
+    "opencv-python-headless",
+    "trimesh",
+)
+
+
+def environment() -> dict[str, Any]:
+    """Name the versions that a result depends on."""
+    versions: dict[str, str | None] = {}
+    for name in PACKAGES:
+        try:
+            versions[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            versions[name] = None
+    return {
+        "simtip": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": versions,
+    }
+
+
+def backend_facts(backend: Backend) -> dict[str, Any]:
+    """Say what rendered and why it was chosen."""
+    return {"name": backend.name, "variant": backend.variant, "reason": backend.reason}
+
+
+def write_simulation(folder: Path, simulation: Simulation, *, exr: bool = False) -> None:
+    """Write images, needle masks, truth, the resolved scene and the true rig into a folder."""
+    for side, image, view in zip(
+        ("left", "right"), simulation.images, simulation.views, strict=True
+    ):
+        write_png(folder / f"{side}.png", image)
+        write_png(folder / f"{side}_mask.png", np.rint(view.coverage * 255).astype(np.uint8))
+        if exr:
+            _write_exr(folder / f"{side}.exr", view, view.radiance(simulation.spec))
+    _write_json(folder / "truth.json", simulation.truth.to_dict())
+    resolved = simulation.spec.model_copy(update={"seed": simulation.seed})
+    (folder / "scene.yaml").write_text(dump_scene(resolved), encoding="utf-8")
+    write_rig(folder / "rig_true.yaml", simulation.truth.rig)
+
+
+def write_trial(folder: Path, trial: Trial) -> None:
+    """Write the result and the pictures to judge it by into a simulation's folder."""
+    _write_json(folder / "result.json", trial.to_dict())
+    simulation, measurement = trial.simulation, trial.measurement
+    truth, match = simulation.truth, measurement.match
+    pictures = []
+    for side, image, view, seen in (
+        ("left", simulation.images[0], truth.left, measurement.left),
+        ("right", simulation.images[1], truth.right, measurement.right),
+    ):
+        picture = draw_view(
+            image,
+            title=f"{simulation.spec.name}: {side}",
+            tip_true_px=view.tip_px,
+            tip_detected_px=seen.tip_px,
+            epipolar_line=match and (match.line_left if side == "left" else match.line_right),
+            axis_px=view.axis_px,
+            reason=seen.reason or None,
+        )
+        write_png(folder / f"{side}_overlay.png", picture)
+        pictures.append(picture)
+    write_png(folder / "overlay.png", side_by_side(*pictures))
+
+
+def write_manifest(folder: Path, simulation: Simulation, timings_s: dict[str, float]) -> None:
+    """Write what made the folder, and the hash of every file in it; call it last."""
+    files = {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.iterdir())
+    }
+    _write_json(
+        folder / "manifest.json",
+        {
+            "created_utc": dt.datetime.now(dt.UTC).isoformat(timespec="seconds"),
+            **environment(),
+            "backend": backend_facts(simulation.backend),
+            "seed": simulation.seed,
+            "timings_s": timings_s,
+            "sha256": files,
+        },
+    )
+
+
+def _write_json(path: Path, data: dict[str, Any]) -> None:
+    path.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _write_exr(path: Path, view: View, radiance: NDArray[np.float32]) -> None:
+    """Write radiance (R G B), needle coverage and depth as float channels of one OpenEXR file."""
+    import OpenEXR
+
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "comments": "R G B: W m^-2 sr^-1 per channel; needle: coverage; Z: camera z, mm",
+    }
+    channels = {
+        **{name: np.ascontiguousarray(radiance[..., k]) for k, name in enumerate("RGB")},
+        "needle": view.coverage,
+        "Z": view.depth_mm,
+    }
+    with OpenEXR.File(header, channels) as file:
+        file.write(str(path))
