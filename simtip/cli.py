@@ -25,7 +25,9 @@ app = typer.Typer(
 )
 
 # Typer brings its own copy of click, of which only the leaves are public.
-ClickError = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
+ClickError: Any = next(
+    kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
+)
 
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (YAML).")]
 OutOption = Annotated[
@@ -170,11 +172,19 @@ def measure(
         raise InputError(
             f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
         )
-    images = [read_image(left), read_image(right)]
-    sizes = [(image.shape[1], image.shape[0]) for image in images]
-    cameras = read_rig(rig, *sizes)
+    image_left, image_right = read_image(left), read_image(right)
+    cameras = read_rig(
+        rig,
+        (image_left.shape[1], image_left.shape[0]),
+        (image_right.shape[1], image_right.shape[0]),
+    )
     measurement = measure_pair(
-        *images, cameras, configured, max_distance_px=max_distance_px, method=method
+        image_left,
+        image_right,
+        cameras,
+        configured,
+        max_distance_px=max_distance_px,
+        method=method,
     )
     names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
     result = {**names, **measurement.to_dict()}
@@ -257,7 +267,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _usage(error: Any) -> str:
     context = getattr(error, "ctx", None)
     hint = f"; see `{context.command_path} --help`" if context else ""
-    return error.format_message().rstrip(".") + hint
+    return f"{error.format_message().rstrip('.')}{hint}"
 
 
 def _fail(message: str, code: int) -> None:

@@ -104,6 +104,10 @@ class Pose:
         turned: Array = np.asarray(directions, dtype=np.float64) @ self.R.T
         return turned
 
+    def matrix(self) -> Array:
+        """Give the homogeneous (4, 4) matrix."""
+        return np.block([[self.R, self.t[:, None]], [np.zeros((1, 3)), np.ones((1, 1))]])
+
     def inverse(self) -> Pose:
         """Give T_ba."""
         return Pose(self.R.T, -self.R.T @ self.t)

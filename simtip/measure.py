@@ -72,7 +72,9 @@ class Measurement:
             "status": self.status,
             "reason": self.reason,
             "tip_measured_mm": _plain(self.tip_mm),
-            "tip_covariance_mm2": _plain(self.estimate and self.estimate.covariance_mm2),
+            "tip_covariance_mm2": _plain(
+                None if self.estimate is None else self.estimate.covariance_mm2
+            ),
             "tip_detected_px": {
                 "left": _plain(self.left.tip_px),
                 "right": _plain(self.right.tip_px),

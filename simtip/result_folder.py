@@ -74,17 +74,22 @@ def write_trial(folder: Path, trial: Trial) -> None:
     _write_json(folder / "result.json", trial.to_dict())
     simulation, measurement = trial.simulation, trial.measurement
     truth, match = simulation.truth, measurement.match
+    lines = (None, None) if match is None else (match.line_left, match.line_right)
     pictures = []
-    for side, image, view, seen in (
-        ("left", simulation.images[0], truth.left, measurement.left),
-        ("right", simulation.images[1], truth.right, measurement.right),
+    for side, image, view, seen, line in zip(
+        ("left", "right"),
+        simulation.images,
+        (truth.left, truth.right),
+        (measurement.left, measurement.right),
+        lines,
+        strict=True,
     ):
         picture = draw_view(
             image,
             title=f"{simulation.spec.name}: {side}",
             tip_true_px=view.tip_px,
             tip_detected_px=seen.tip_px,
-            epipolar_line=match and (match.line_left if side == "left" else match.line_right),
+            epipolar_line=line,
             axis_px=view.axis_px,
             reason=seen.reason or None,
         )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from regions import with_roi
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose, nearest_rotation
@@ -39,11 +40,3 @@ def scene(scene_path) -> SceneSpec:
 def small_scene(scene) -> SceneSpec:
     """The paper's set-up, read out only around the tip: the same rays, fewer of them."""
     return with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100])
-
-
-def with_roi(scene: SceneSpec, left: list[int], right: list[int], **render: object) -> SceneSpec:
-    """Read out only a region of each sensor."""
-    data = scene.model_dump(mode="json")
-    data["rig"]["left"]["roi"], data["rig"]["right"]["roi"] = left, right
-    data["render"].update(render)
-    return SceneSpec.model_validate(data)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simtip.render.engine import dr, mi
 
-LAUNCH_SAMPLES = 1 << 22
+LAUNCH_SAMPLES = 1 << 21
 Report = Callable[[int], None]
 """Told the number of samples just done."""
 
@@ -31,6 +31,19 @@ def stratified(items: int, samples: int, seed: int) -> tuple[Any, Any]:
     sampler.seed(dr.opaque(mi.UInt32, seed), items * samples)
     index = dr.arange(mi.UInt32, items * samples) // dr.opaque(mi.UInt32, samples)
     return sampler, index
+
+
+def means(values: list[Any], samples: int) -> NDArray[np.float32]:
+    """Average each value over every item's samples: (items, values).
+
+    One evaluation for all: a reduction evaluates what it is given, so that values reduced one by
+    one would each trace all rays again.
+    """
+    dr.eval(values)
+    sums = [dr.block_sum(value, samples).numpy() for value in values]
+    averages: NDArray[np.float32] = np.stack(sums, axis=-1, dtype=np.float32)
+    averages /= np.float32(samples)
+    return averages
 
 
 def strata(samples: int) -> int:

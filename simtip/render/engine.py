@@ -6,11 +6,15 @@ aborts the process later. So the library is chosen before the import.
 
 from __future__ import annotations
 
+from typing import Any
+
 from simtip.render.backend import settle_llvm
 
 settle_llvm()
 
-import drjit as dr  # noqa: E402 (the choice of LLVM comes first)
-import mitsuba as mi  # noqa: E402
+import drjit  # noqa: E402 (the choice of LLVM comes first)
+import mitsuba  # noqa: E402
 
-__all__ = ["dr", "mi"]
+# Untyped: which types the two have depends on the variant that is active at the time.
+dr: Any = drjit
+mi: Any = mitsuba

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from simtip.geometry import Array
 from simtip.render.board import Board
-from simtip.render.chunks import batches, stratified
+from simtip.render.chunks import batches, means, stratified
 from simtip.render.engine import dr, mi
 from simtip.render.progress import Tally
 from simtip.render.tube import Tube
@@ -149,7 +149,7 @@ class Illuminator:
     def trace(
         self, st: Array, samples: int, seed: int, tally: Tally
     ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); say which met a shadow."""
+        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); and who met shadows."""
         world = self._board.centre + st @ np.stack([self._board.x, self._board.y])
         values = [np.zeros((0, self.groups), np.float32)]
         shadows = [np.zeros(0, np.bool_)]
@@ -159,11 +159,9 @@ class Illuminator:
                 [dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)]
             )
             shares, blocked = self._shares(point, sampler)
-            sums = [dr.block_sum(s, samples) for s in shares]
-            met = dr.block_sum(dr.select(blocked, mi.Float(1), 0), samples)
-            dr.eval(sums, met)
-            values.append(np.stack([s.numpy() for s in sums], axis=-1) / np.float32(samples))
-            shadows.append(met.numpy() > 0)
+            found = means([*shares, dr.select(blocked, mi.Float(1), 0)], samples)
+            values.append(found[:, :-1])
+            shadows.append(found[:, -1] > 0)
             tally.add(len(part) * samples)
         return np.concatenate(values), np.concatenate(shadows)
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose
-from simtip.render.chunks import batches, stratified
+from simtip.render.chunks import batches, means, stratified
 from simtip.render.engine import dr, mi
 from simtip.render.progress import Tally
 from simtip.render.serial import RowCamera, whole_image
@@ -68,5 +68,5 @@ def _render(
         sampler, index = stratified(len(part), samples, seed32(seed, k))
         ray = eye.rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler.next_2d())
         bright = dr.select(scene.ray_test(ray), mi.Float(1), 0)
-        image.append(dr.block_sum(bright, samples).numpy() / np.float32(samples))
+        image.append(means([bright], samples))
     return np.concatenate(image).reshape(camera.height, camera.width)

@@ -66,7 +66,7 @@ def on_background(world: World, ray: Vec, si: Vec) -> Vec:
 def radiance(world: World, light: Lookup, ray: Vec, sampler: Vec) -> tuple[list[Vec], Vec]:
     """Radiance per lamp (and ambient, last), and whether each ray meets the needle."""
     si = world.scene.ray_intersect(ray)
-    needle = si.is_valid() & (si.shape == world.needle)
+    needle = si.is_valid() & (si.instance == world.needle)
     shares = metal(world, light, si, sampler, needle)
     matt = on_background(world, ray, si)
     albedo = mi.Color3f(world.albedo.tolist())

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.geometry import Pose
-from simtip.render.chunks import Report, batches, stratified
+from simtip.render.chunks import Report, batches, means, stratified
 from simtip.render.engine import dr, mi
 from simtip.render.lightmap import Lookup
 from simtip.render.transport import radiance
@@ -66,12 +66,10 @@ def render_pixels(
         sampler, index = stratified(len(part), samples, seed32(seed, k))
         ray = eye.rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler.next_2d())
         shares, needle = radiance(world, light, ray, sampler)
-        sums = [[dr.block_sum(channel, samples) for channel in share] for share in shares]
-        cover = dr.block_sum(dr.select(needle, mi.Float(1), 0), samples)
-        dr.eval(sums, cover)
-        rgb = [np.stack([channel.numpy() for channel in s], axis=-1) for s in sums]
-        lights.append(np.stack(rgb, axis=1) / np.float32(samples))
-        covers.append(cover.numpy() / np.float32(samples))
+        flat = [channel for share in shares for channel in share]
+        found = means([*flat, dr.select(needle, mi.Float(1), 0)], samples)
+        lights.append(found[:, :-1].reshape(len(part), -1, 3))
+        covers.append(found[:, -1])
         report(len(part) * samples)
     if not lights:
         return np.zeros((0, len(world.tubes) + 1, 3), np.float32), np.zeros(0, np.float32)

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import trimesh
 
-from simtip.geometry import Array, unit
+from simtip.geometry import Array, Pose, unit
+from simtip.needle import Needle
 from simtip.render.board import Board
 from simtip.render.engine import dr, mi
 from simtip.render.metal import METALS, at_wavelengths
 from simtip.render.tube import Tube
-from simtip.spec import BackgroundSpec, NeedleMaterial, NeedleSpec, SceneSpec, TubeLamp
+from simtip.spec import BackgroundSpec, NeedleMaterial, SceneSpec, TubeLamp
 
 GLOW = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
 
@@ -29,8 +29,10 @@ class World:
     ----------
     scene
         `mitsuba.Scene`.
-    needle, background
-        `mitsuba.ShapePtr` of the two.
+    needle
+        `mitsuba.ShapePtr` of the needle, an instance.
+    background
+        `mitsuba.ShapePtr`.
     metal
         `mitsuba.BSDF` of the needle.
     albedo
@@ -51,22 +53,20 @@ class World:
     tubes: tuple[Tube, ...]
 
 
-def needle_mesh(needle: NeedleSpec) -> trimesh.Trimesh:
-    """Give the needle's mesh in the world frame, mm."""
-    mesh = needle.needle().mesh()
-    pose = needle.pose()
-    return trimesh.Trimesh(pose.apply(mesh.vertices), mesh.faces, process=False)
+def needle_mesh(needle: Needle, T_an: Pose, parts: dict[str, Any]) -> Any:
+    """Load the needle's mesh, in some frame a, with its material (and light).
 
-
-def mitsuba_mesh(name: str, mesh: trimesh.Trimesh, parts: dict[str, Any]) -> Any:
-    """Load a triangle mesh with its material (and light); its faces are flat."""
+    The faces are flat: there are enough of them (`simtip.needle.SEGMENTS`).
+    """
+    vertices, faces = needle.surface()
+    vertices = T_an.apply(vertices)
     props = mi.Properties()
     for key, part in parts.items():
         props[key] = mi.load_dict(part) if isinstance(part, dict) else part
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=props)
+    shape = mi.Mesh("needle", len(vertices), len(faces), props=props)
     parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, dtype=np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, dtype=np.uint32).ravel()
+    parameters["vertex_positions"] = np.ascontiguousarray(vertices, dtype=np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(faces, dtype=np.uint32).ravel()
     parameters.update()
     return shape
 
@@ -88,7 +88,7 @@ def metal_bsdf(material: NeedleMaterial, wavelength_nm: tuple[float, float, floa
 def _board(background: BackgroundSpec) -> dict[str, Any]:
     return {
         "type": "rectangle",
-        "to_world": mi.ScalarTransform4f(Board.of(background).matrix()),
+        "to_world": mi.ScalarTransform4f(Board.of(background).matrix().tolist()),
         "bsdf": {
             "type": "diffuse",
             "reflectance": {"type": "rgb", "value": list(background.albedo)},
@@ -111,6 +111,24 @@ def _tube(lamp: TubeLamp, *, lit: bool) -> dict[str, Any]:
     return shape
 
 
+def _needle(spec: SceneSpec, *, lit: bool, metal: Any) -> dict[str, Any]:
+    needle, pose = spec.needle.needle(), spec.needle.pose()
+    metal = metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)
+    if lit:  # which an instance cannot be
+        return {"needle": needle_mesh(needle, pose, {"bsdf": metal, "emitter": GLOW})}
+    # An instance, because boxes around the mesh's long thin triangles are tight only in the
+    # needle's own frame; rays at a tilted mesh took five times as long.
+    mesh = needle_mesh(needle, Pose.identity(), {"bsdf": metal})
+    return {
+        "needle_group": {"type": "shapegroup", "mesh": mesh},
+        "needle": {
+            "type": "instance",
+            "to_world": mi.ScalarTransform4f(pose.matrix().tolist()),
+            "shapegroup": {"type": "ref", "id": "needle_group"},
+        },
+    }
+
+
 def scene_dict(
     spec: SceneSpec,
     lit: str | None = None,
@@ -128,12 +146,9 @@ def scene_dict(
     metal
         The needle's material, if not the scene's.
     """
-    needle = {"bsdf": metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)}
-    if lit == "needle":
-        needle["emitter"] = GLOW
     scene: dict[str, Any] = {
         "type": "scene",
-        "needle": mitsuba_mesh("needle", needle_mesh(spec.needle), needle),
+        **_needle(spec, lit=lit == "needle", metal=metal),
         "background": _board(spec.background),
     }
     for lamp in spec.lamps:
@@ -145,7 +160,8 @@ def scene_dict(
 
 def load_world(spec: SceneSpec) -> World:
     """Load the scene for the wavefront renderer."""
-    scene = mi.load_dict(scene_dict(spec), parallel=False)
+    metal = metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)
+    scene = mi.load_dict(scene_dict(spec, metal=metal), parallel=False)
     by_name = {shape.id(): shape for shape in scene.shapes()}
     tubes = []
     for lamp in spec.lamps:
@@ -157,7 +173,7 @@ def load_world(spec: SceneSpec) -> World:
         scene=scene,
         needle=mi.ShapePtr(by_name["needle"]),
         background=mi.ShapePtr(by_name["background"]),
-        metal=by_name["needle"].bsdf(),
+        metal=metal,
         albedo=np.array(spec.background.albedo),
         board=board,
         board_normal=mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import with_roi
+from regions import with_roi
 
 from simtip.render import View, choose, render_pair
 from simtip.truth import scene_truth

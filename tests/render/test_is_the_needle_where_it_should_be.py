@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import with_roi
+from regions import with_roi
 from scipy.spatial import ConvexHull
 
 from simtip.geometry import Pose
