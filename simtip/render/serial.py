@@ -28,7 +28,7 @@ from simtip.render.chunks import strata
 from simtip.render.engine import mi
 from simtip.render.progress import Tally
 from simtip.render.view import Progress, View
-from simtip.render.world import scene_dict
+from simtip.render.world import stock_scene
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 
@@ -173,13 +173,13 @@ def _render_view(
     lamps = (*(lamp.name for lamp in spec.lamps), "ambient")
     response = np.empty((len(lamps), height, width, 3), np.float32)
     for k, lamp in enumerate(lamps):
-        scene = mi.load_dict(scene_dict(spec, lit=lamp, metal=BLACK), parallel=False)
+        scene = mi.load_dict(stock_scene(spec, lit=lamp, metal=BLACK), parallel=False)
         response[k] = whole.render(scene, direct, SAMPLES_OPEN, seed32(seed, lamp, "open"), tally)
-        scene = mi.load_dict(scene_dict(spec, lit=lamp), parallel=False)
+        scene = mi.load_dict(stock_scene(spec, lit=lamp), parallel=False)
         needle = close.render(scene, path, samples, seed32(seed, lamp, "needle"), tally)
         close.paste(needle, response[k])
     coverage = np.zeros(mask.shape, np.float32)
-    glowing = mi.load_dict(scene_dict(spec, lit="needle", metal=BLACK), parallel=False)
+    glowing = mi.load_dict(stock_scene(spec, lit="needle", metal=BLACK), parallel=False)
     shine = close.render(glowing, direct, samples, seed32(seed, "coverage"), tally)
     close.paste(shine[..., 0], coverage)
     return View(

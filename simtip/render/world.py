@@ -111,46 +111,29 @@ def _tube(lamp: TubeLamp, *, lit: bool) -> dict[str, Any]:
     return shape
 
 
-def _needle(spec: SceneSpec, *, lit: bool, metal: Any) -> dict[str, Any]:
-    needle, pose = spec.needle.needle(), spec.needle.pose()
-    metal = metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)
-    if lit:  # which an instance cannot be
-        return {"needle": needle_mesh(needle, pose, {"bsdf": metal, "emitter": GLOW})}
-    # An instance, because boxes around the mesh's long thin triangles are tight only in the
-    # needle's own frame; rays at a tilted mesh took five times as long.
-    mesh = needle_mesh(needle, Pose.identity(), {"bsdf": metal})
+def _plain_needle(spec: SceneSpec, parts: dict[str, Any]) -> dict[str, Any]:
+    return {"needle": needle_mesh(spec.needle.needle(), spec.needle.pose(), parts)}
+
+
+def _instanced_needle(spec: SceneSpec, metal: Any) -> dict[str, Any]:
+    """Describe the needle as an instance of a mesh in the needle's own frame.
+
+    Only there are boxes around the mesh's long thin triangles tight: rays at a tilted mesh took
+    ten times as long. (The scalar variant needs none of this, and crashes on it.)
+    """
+    mesh = needle_mesh(spec.needle.needle(), Pose.identity(), {"bsdf": metal})
     return {
         "needle_group": {"type": "shapegroup", "mesh": mesh},
         "needle": {
             "type": "instance",
-            "to_world": mi.ScalarTransform4f(pose.matrix().tolist()),
+            "to_world": mi.ScalarTransform4f(spec.needle.pose().matrix().tolist()),
             "shapegroup": {"type": "ref", "id": "needle_group"},
         },
     }
 
 
-def scene_dict(
-    spec: SceneSpec,
-    lit: str | None = None,
-    metal: Any = None,
-) -> dict[str, Any]:
-    """Describe the scene to Mitsuba.
-
-    Parameters
-    ----------
-    spec
-        The scene.
-    lit
-        The lamp, "ambient" or "needle" that is an emitter of unit radiance. The wavefront renderer
-        integrates the lamps itself and lights none.
-    metal
-        The needle's material, if not the scene's.
-    """
-    scene: dict[str, Any] = {
-        "type": "scene",
-        **_needle(spec, lit=lit == "needle", metal=metal),
-        "background": _board(spec.background),
-    }
+def _surroundings(spec: SceneSpec, lit: str | None = None) -> dict[str, Any]:
+    scene: dict[str, Any] = {"type": "scene", "background": _board(spec.background)}
     for lamp in spec.lamps:
         scene[f"lamp_{lamp.name}"] = _tube(lamp, lit=lamp.name == lit)
     if lit == "ambient":
@@ -158,10 +141,28 @@ def scene_dict(
     return scene
 
 
+def stock_scene(spec: SceneSpec, lit: str, metal: Any = None) -> dict[str, Any]:
+    """Describe the scene to Mitsuba's own integrators.
+
+    Parameters
+    ----------
+    spec
+        The scene.
+    lit
+        The lamp, "ambient" or "needle" that is an emitter, of unit radiance.
+    metal
+        The needle's material, a BSDF or its dictionary, if not the scene's.
+    """
+    parts = {"bsdf": metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)}
+    if lit == "needle":
+        parts["emitter"] = GLOW
+    return {**_surroundings(spec, lit), **_plain_needle(spec, parts)}
+
+
 def load_world(spec: SceneSpec) -> World:
-    """Load the scene for the wavefront renderer."""
+    """Load the scene for the wavefront renderer, which integrates the lamps itself."""
     metal = metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)
-    scene = mi.load_dict(scene_dict(spec, metal=metal), parallel=False)
+    scene = mi.load_dict({**_surroundings(spec), **_instanced_needle(spec, metal)}, parallel=False)
     by_name = {shape.id(): shape for shape in scene.shapes()}
     tubes = []
     for lamp in spec.lamps:
