@@ -15,7 +15,8 @@ from simtip.camera import Camera, StereoRig
 from simtip.geometry import Array, Pose, nearest_rotation
 from simtip.needle import Bevel, Cone, Needle
 
-Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Coordinate = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
+Vector3 = tuple[Coordinate, Coordinate, Coordinate]
 Cosine = Annotated[FiniteFloat, Field(ge=-1.01, le=1.01)]
 Matrix3 = tuple[
     tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine]
@@ -25,9 +26,15 @@ Rgb = tuple[
     Annotated[FiniteFloat, Field(ge=0)],
     Annotated[FiniteFloat, Field(ge=0)],
 ]
-Positive = Annotated[FiniteFloat, Field(gt=0)]
+Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
 NonNegative = Annotated[FiniteFloat, Field(ge=0)]
 Fraction = Annotated[FiniteFloat, Field(ge=0, le=1)]
+
+
+RESERVED = {"ambient", "needle"}
+"""Light groups that are no lamps."""
+
+MAX_PIXELS = 100_000_000
 
 
 def _direction(value: Vector3) -> Vector3:
@@ -69,6 +76,9 @@ class CameraSpec(Part):
                 raise ValueError(
                     f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor"
                 )
+        width, height = self.roi[2:] if self.roi else (self.width, self.height)
+        if width * height > MAX_PIXELS:
+            raise ValueError(f"{width}x{height} px is too large: {MAX_PIXELS} pixels is the limit")
         return self
 
     def camera(self) -> Camera:
@@ -81,7 +91,7 @@ class CameraSpec(Part):
 class RigSpec(Part):
     """Two cameras and the pose between them: ``p_left = R p_right + t`` (paper Eq. 19)."""
 
-    left: CameraSpec
+    left: Annotated[CameraSpec, Field(description="Its frame is the world frame.")]
     right: CameraSpec
     R: Annotated[
         Matrix3, Field(description="Right to left rotation, rows; made orthonormal by SVD.")
@@ -128,16 +138,20 @@ class BevelTip(Part):
 class NeedleMaterial(Part):
     """A rough metal: GGX microfacets over measured n and k."""
 
-    metal: Literal["titanium"] = "titanium"
+    metal: Annotated[
+        Literal["titanium"], Field(description="Optical constants: Johnson and Christy 1974.")
+    ] = "titanium"
     roughness: Annotated[FiniteFloat, Field(ge=0.01, le=1, description="GGX alpha.")] = 0.2
 
 
 class NeedleSpec(Part):
     """The needle and where it is."""
 
-    diameter_mm: Positive = 1.67
-    length_mm: Positive = 150.0
-    tip: Annotated[ConeTip | BevelTip, Field(discriminator="kind")] = ConeTip()
+    diameter_mm: Annotated[Positive, Field(description="Of the shaft, mm.")] = 1.67
+    length_mm: Annotated[Positive, Field(description="From the apex to the hub's end, mm.")] = 150.0
+    tip: Annotated[
+        ConeTip | BevelTip, Field(discriminator="kind", description="The tip's shape.")
+    ] = ConeTip()
     tip_mm: Annotated[Vector3, Field(description="The apex, world frame, mm.")]
     axis: Annotated[
         Vector3, Field(description="Direction from the tip to the hub, world frame, any length.")
@@ -145,7 +159,7 @@ class NeedleSpec(Part):
     roll_deg: Annotated[
         FiniteFloat, Field(description="Right-handed turn about the axis, degrees.")
     ] = 0.0
-    material: NeedleMaterial = NeedleMaterial()
+    material: Annotated[NeedleMaterial, Field(description="What it is made of.")] = NeedleMaterial()
 
     _axis = field_validator("axis")(_direction)
 
@@ -170,9 +184,15 @@ class NeedleSpec(Part):
 class BackgroundSpec(Part):
     """A flat, matt board behind the needle."""
 
-    centre_mm: Vector3 = (0.0, 0.0, 260.0)
+    centre_mm: Annotated[Vector3, Field(description="Of the board, world frame, mm.")] = (
+        0.0,
+        0.0,
+        260.0,
+    )
     normal: Annotated[Vector3, Field(description="Towards the cameras.")] = (0.0, 0.0, -1.0)
-    size_mm: tuple[Positive, Positive] = (800.0, 800.0)
+    size_mm: Annotated[
+        tuple[Positive, Positive], Field(description="Width and height of the board, mm.")
+    ] = (800.0, 800.0)
     albedo: Annotated[
         tuple[Fraction, Fraction, Fraction], Field(description="Diffuse reflectance, r g b.")
     ] = (0.8, 0.8, 0.8)
@@ -183,11 +203,18 @@ class BackgroundSpec(Part):
 class TubeLamp(Part):
     """A straight fluorescent tube: a cylinder that is equally bright all over."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+    name: Annotated[
+        str,
+        Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$", description="Names its light group."),
+    ]
     kind: Literal["tube"] = "tube"
-    centre_mm: Vector3
-    direction: Annotated[Vector3, Field(description="Along the tube.")] = (1.0, 0.0, 0.0)
-    length_mm: Positive = 1200.0
+    centre_mm: Annotated[Vector3, Field(description="Middle of the tube, world frame, mm.")]
+    direction: Annotated[Vector3, Field(description="Along the tube, any length.")] = (
+        1.0,
+        0.0,
+        0.0,
+    )
+    length_mm: Annotated[Positive, Field(description="Of the lit part, mm.")] = 1200.0
     diameter_mm: Annotated[Positive, Field(description="T5 16, T8 26, T12 38 mm.")] = 26.0
     radiant_power_w: Annotated[
         NonNegative, Field(description="Rated visible radiant power over the whole tube, W.")
@@ -231,20 +258,24 @@ class AmbientSpec(Part):
 class SensorSpec(Part):
     """What turns radiance into digital numbers; symbols as in EMVA 1288."""
 
-    pixel_um: Positive = 3.2
+    pixel_um: Annotated[Positive, Field(description="Pixel pitch, um; all of it collects.")] = 3.2
     f_number: Annotated[Positive, Field(description="Of the lens; sets the light, not the blur.")]
-    exposure_s: Annotated[Positive, Field(le=100)]
+    exposure_s: Annotated[Positive, Field(le=100, description="Exposure time, s.")]
     wavelength_nm: Annotated[
-        tuple[Positive, Positive, Positive], Field(description="Effective, r g b.")
+        tuple[Positive, Positive, Positive], Field(description="Effective wavelength, nm, r g b.")
     ] = (600.0, 540.0, 460.0)
     quantum_efficiency: Annotated[
         tuple[Fraction, Fraction, Fraction], Field(description="Electrons per photon, r g b.")
     ] = (0.5, 0.5, 0.5)
-    full_well_e: Annotated[FiniteFloat, Field(ge=1)] = 10000.0
-    read_noise_e: NonNegative = 5.0
-    gain_dn_per_e: Annotated[Positive, Field(description="Overall system gain K.")] = 0.0255
-    black_level_dn: NonNegative = 0.0
-    bit_depth: Literal[8] = 8
+    full_well_e: Annotated[
+        FiniteFloat, Field(ge=1, description="Electrons a pixel holds before it clips.")
+    ] = 10000.0
+    read_noise_e: Annotated[
+        NonNegative, Field(description="Temporal dark noise sigma_d, electrons RMS.")
+    ] = 5.0
+    gain_dn_per_e: Annotated[Positive, Field(description="Overall system gain K, DN/e-.")] = 0.0255
+    black_level_dn: Annotated[NonNegative, Field(description="Added before rounding, DN.")] = 0.0
+    bit_depth: Annotated[Literal[8], Field(description="Bits per channel.")] = 8
     noise: Annotated[bool, Field(description="Shot and read noise on or off.")] = True
 
 
@@ -267,7 +298,9 @@ class DetectSpec(BaseModel):
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
-    name: str = "lin2020"
+    name: Annotated[str, Field(description="Which detector; its parameters stand beside it.")] = (
+        "lin2020"
+    )
 
     def parameters(self) -> dict[str, Any]:
         """Give the parameters as written in the scene."""
@@ -277,20 +310,25 @@ class DetectSpec(BaseModel):
 class MatchSpec(Part):
     """Epipolar matching (paper section 3.3)."""
 
-    max_distance_px: Positive = 2.0
+    max_distance_px: Annotated[
+        Positive, Field(description="Largest accepted symmetric epipolar distance, px.")
+    ] = 2.0
 
 
 class TriangulateSpec(Part):
     """How two rays become one point."""
 
-    method: Literal["svd", "midpoint", "optimal"] = "svd"
+    method: Annotated[
+        Literal["svd", "midpoint", "optimal"],
+        Field(description="The paper's Eq. 22, nearest point, or least reprojection error."),
+    ] = "svd"
 
 
 class SceneSpec(Part):
     """One scene: what is seen, by what, in which light, and how it is measured."""
 
-    name: str = "scene"
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    name: Annotated[str, Field(max_length=200, description="For people.")] = "scene"
+    seed: Annotated[int, Field(ge=0, lt=2**63, description="Root of all random numbers.")] = 0
     rig: RigSpec
     needle: NeedleSpec
     background: BackgroundSpec = BackgroundSpec()
@@ -306,7 +344,7 @@ class SceneSpec(Part):
     @classmethod
     def _names_differ(cls, value: tuple[TubeLamp, ...]) -> tuple[TubeLamp, ...]:
         names = [lamp.name for lamp in value]
-        twice = sorted({n for n in names if names.count(n) > 1} | ({"ambient"} & set(names)))
+        twice = sorted({n for n in names if names.count(n) > 1} | (RESERVED & set(names)))
         if twice:
             raise ValueError(f"lamp name {twice[0]!r} is taken: each lamp needs its own")
         return value

@@ -11,19 +11,12 @@ from simtip.truth import scene_truth
 
 
 @pytest.fixture(scope="module")
-def pairs(scene):
+def pair(scene):
     """The same crop by simtip's vectorised transport and by Mitsuba's stock integrators."""
-    small = with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100], samples=256)
+    small = with_roi(scene, [790, 820, 60, 70], [1000, 815, 60, 70], samples=128)
     vectorised = choose()
     assert vectorised.name != "scalar"
-    seeds = range(2)
-    return [
-        (
-            render_pair(small, backend=vectorised, seed=s),
-            render_pair(small, backend=choose("scalar"), seed=s),
-        )
-        for s in seeds
-    ]
+    return render_pair(small, backend=vectorised), render_pair(small, backend=choose("scalar"))
 
 
 REGIONS = {
@@ -31,28 +24,31 @@ REGIONS = {
     "background": lambda view: view.coverage == 0,
     "edge": lambda view: (view.coverage > 0.05) & (view.coverage < 0.95),
 }
-RELATIVE = {"needle": 0.01, "background": 0.004, "edge": 0.04}
-"""About four standard errors of the regional means at these samples, seen over ten seeds."""
+RELATIVE = {"needle": 0.02, "background": 0.006, "edge": 0.09}
+"""Over four standard deviations of the regional means' ratio, seen over 16 pairs of renders."""
 
 
 @pytest.mark.parametrize("side", [0, 1], ids=["left", "right"])
 @pytest.mark.parametrize("region", REGIONS)
-def test_each_lamp_gives_each_region_the_same_light(pairs, side, region):
-    for mine, stock in ((a[side], b[side]) for a, b in pairs):
-        assert mine.lamps == stock.lamps
-        where = REGIONS[region](mine)
-        assert where.sum() > 50
-        found = mine.response[:, where].mean(axis=1)
-        expected = stock.response[:, where].mean(axis=1)
-        np.testing.assert_allclose(found, expected, rtol=RELATIVE[region])
+def test_each_lamp_gives_each_region_the_same_light(pair, side, region):
+    mine, stock = pair[0][side], pair[1][side]
+    assert mine.lamps == stock.lamps
+    where = REGIONS[region](mine)
+    assert where.sum() > 50
+    found = mine.response[:, where].mean(axis=1)
+    expected = stock.response[:, where].mean(axis=1)
+    np.testing.assert_allclose(found, expected, rtol=RELATIVE[region])
 
 
 @pytest.mark.parametrize("side", [0, 1], ids=["left", "right"])
-def test_coverage_and_depth_are_the_same(pairs, side):
-    for mine, stock in ((a[side], b[side]) for a, b in pairs):
-        assert np.abs(mine.coverage - stock.coverage).max() < 0.06
-        assert mine.coverage.sum() == pytest.approx(stock.coverage.sum(), rel=1e-3)
-        np.testing.assert_allclose(mine.depth_mm, stock.depth_mm, atol=2e-3)
+def test_coverage_and_depth_are_the_same(pair, side):
+    mine, stock = pair[0][side], pair[1][side]
+    assert np.abs(mine.coverage - stock.coverage).max() < 0.08
+    assert mine.coverage.sum() == pytest.approx(stock.coverage.sum(), rel=2e-3)
+    off = np.abs(mine.depth_mm - stock.depth_mm) > 2e-3
+    # A silhouette that passes through a pixel's very centre may fall to either side.
+    assert off.sum() <= 2
+    assert np.all((mine.coverage[off] > 0) & (mine.coverage[off] < 1))
 
 
 def test_the_truth_does_not_depend_on_the_renderer(small_scene):

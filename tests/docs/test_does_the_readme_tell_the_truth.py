@@ -1,0 +1,88 @@
+"""Does every command and code block of the README run as written?"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from simtip.cli import app
+from simtip.spec import SceneSpec
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+MARKDOWN = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(language: str) -> list[str]:
+    found = re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    assert found
+    return found
+
+
+def commands() -> list[list[str]]:
+    """Give the lines of the "Use" section, as a shell would split them."""
+    lines = [line.split("#")[0].strip() for block in blocks("sh") for line in block.splitlines()]
+    return [shlex.split(line) for line in lines if line.startswith("simtip ")]
+
+
+def test_every_command_is_shown():
+    assert {command[1] for command in commands()} == {
+        command.name or command.callback.__name__ for command in app.registered_commands
+    }
+
+
+def test_the_scene_shown_is_a_scene():
+    scenes = [SceneSpec.model_validate(yaml.safe_load(block)) for block in blocks("yaml")]
+    assert scenes[0].needle.tip.kind == "bevel"
+
+
+def test_the_make_targets_shown_exist():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = re.findall(r"^make (\w+)", "\n".join(blocks("sh")), re.MULTILINE)
+    assert targets == ["demo", "test"]
+    assert all(f"\n{target}:" in makefile for target in targets)
+
+
+@pytest.mark.parametrize("page", MARKDOWN, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page):
+    links = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
+    missing = [link for link in links if "://" not in link and not (page.parent / link).exists()]
+    assert not missing
+
+
+def test_every_test_that_the_docs_name_exists():
+    for page in MARKDOWN:
+        for name in re.findall(r"`(tests/[\w/.]+)", page.read_text(encoding="utf-8")):
+            assert (ROOT / name).exists(), f"{page.name} names {name}"
+
+
+@pytest.mark.slow
+def test_the_commands_run_as_written(tmp_path):
+    scene = shutil.copy(ROOT / "scenes" / "01_single_tip.yaml", tmp_path / "SCENE")
+    assert scene
+    simtip = [sys.executable, "-m", "simtip"]
+    for k, command in enumerate(commands()):
+        line = [word.replace("DIR", f"DIR{k}") for word in command[1:]]
+        if line[0] == "measure":  # on the images that the first command made
+            shutil.copy(tmp_path / "DIR0" / "left.png", tmp_path / "left.png")
+            shutil.copy(tmp_path / "DIR0" / "right.png", tmp_path / "right.png")
+        into = line.index(">") if ">" in line else len(line)
+        done = subprocess.run(
+            [*simtip, *line[:into]], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+
+
+@pytest.mark.slow
+def test_the_python_shown_runs_as_written(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    for block in blocks("python"):
+        exec(compile(block, "README.md", "exec"), {})  # noqa: S102 (our own README)
+    assert capsys.readouterr().out.startswith("ok ")
