@@ -8,11 +8,8 @@ the least that shot and read noise can cost. One thread. Prints one JSON object.
 
 from __future__ import annotations
 
-import argparse
-import json
-
 import numpy as np
-from environment import best_s, environment
+from environment import best_s, parser, report
 
 from simtip.seeding import stream
 from simtip.sensor import expose, responsivity
@@ -24,9 +21,7 @@ TARGET_RATIO = 3.0
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="a small image, once: smoke run")
-    quick = parser.parse_args().quick
+    quick = parser(__doc__).parse_args().quick
     height, width, repeats = (64, 96, 1) if quick else (1436, 2048, 7)
 
     rng = stream(1, "benchmark")
@@ -48,19 +43,17 @@ def main() -> None:
         "dark": best_s(lambda: expose(dark, spec, rng), repeats),
         "noise_off": best_s(lambda: expose(bright, quiet, rng), repeats),
     }
-    result = {
-        "benchmark": "sensor",
-        "environment": environment(),
-        "quick": quick,
-        "size_px": [width, height],
-        "repeats": repeats,
-        "mean_electrons": {"bright": BRIGHT_E, "dark": DARK_E},
-        "normal_fills_s": fills_s,
-        "expose_s": times_s,
-        "ratio_to_normal_fills": {name: t / fills_s for name, t in times_s.items()},
-        "target_ratio_bright": TARGET_RATIO,
-    }
-    print(json.dumps(result, indent=2))
+    report(
+        "sensor",
+        quick=quick,
+        size_px=[width, height],
+        repeats=repeats,
+        mean_electrons={"bright": BRIGHT_E, "dark": DARK_E},
+        normal_fills_s=fills_s,
+        expose_s=times_s,
+        ratio_to_normal_fills={name: t / fills_s for name, t in times_s.items()},
+        target_ratio_bright=TARGET_RATIO,
+    )
 
 
 if __name__ == "__main__":

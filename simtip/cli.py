@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
-from simtip import __version__
+from simtip.detect import configure
+from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError, SimtipError
 from simtip.scene_file import SceneFile, read_scene, scene_schema
+from simtip.seeding import SEED_LIMIT
 from simtip.triangulate import Method
+from simtip.version import __version__
 
 app = typer.Typer(
     name="simtip",
@@ -29,12 +33,18 @@ ClickError: Any = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
 
+INTERRUPTED = 130
+"""Exit code after SIGINT, as shells have it: 128 + 2."""
+
 SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (YAML).")]
 OutOption = Annotated[
     Path | None, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
 ]
 SeedOption = Annotated[
-    int | None, typer.Option("--seed", min=0, help="Root seed, instead of the scene's own.")
+    int | None,
+    typer.Option(
+        "--seed", min=0, max=SEED_LIMIT - 1, help="Root seed, instead of the scene's own."
+    ),
 ]
 BackendOption = Annotated[
     str | None,
@@ -54,8 +64,33 @@ def located(scene: SceneFile) -> Iterator[None]:
         raise
 
 
+@contextmanager
+def _to_stdout() -> Iterator[None]:
+    """Say in one line that standard output is full or closed; a reader that left is no error."""
+    if sys.stdout is None:
+        raise InputError("is closed", file="standard output", remedy="send it somewhere")
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        # What is still buffered would fail once more at exit, with a traceback.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise InputError(
+            f"cannot be written ({error.strerror})",
+            file="standard output",
+            remedy="free some space or send it elsewhere",
+        ) from error
+
+
+def _say(text: str) -> None:
+    with _to_stdout():
+        sys.stdout.write(text + "\n")
+
+
 def _print_json(data: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(data, allow_nan=False) + "\n")
+    _say(json.dumps(data, allow_nan=False))
 
 
 @app.callback(invoke_without_command=True)
@@ -64,10 +99,10 @@ def _root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     if version:
-        sys.stdout.write(f"simtip {__version__}\n")
+        _say(f"simtip {__version__}")
         raise typer.Exit
     if context.invoked_subcommand is None:
-        sys.stdout.write(context.get_help() + "\n")
+        _say(context.get_help())
         raise typer.Exit(2)
 
 
@@ -83,24 +118,26 @@ def run(
     from simtip.console import progress_bar, show_result
     from simtip.output_folder import OutputFolder
     from simtip.render import choose
-    from simtip.result_folder import write_manifest, write_simulation, write_trial
+    from simtip.result_folder import result_folder, write_manifest, write_simulation, write_trial
     from simtip.trial import run_trial
 
     source = read_scene(scene)
     if out is not None:
         OutputFolder(out).check()
+    chosen = choose(backend)
     with located(source), progress_bar("rendering") as progress:
-        trial = run_trial(source.spec, seed=seed, backend=choose(backend), progress=progress)
+        trial = run_trial(source.spec, seed=seed, backend=chosen, progress=progress)
     result = trial.to_dict()
     if out is not None:
-        with OutputFolder(out) as folder:
+        with result_folder(out) as folder:
             write_simulation(folder, trial.simulation)
             write_trial(folder, trial)
             write_manifest(folder, trial.simulation, result["timings_s"])
     if as_json:
         _print_json(result)
         return
-    show_result(result)
+    with _to_stdout():
+        show_result(result)
     _say_where(out, "overlay.png, result.json")
 
 
@@ -121,14 +158,15 @@ def render(
     from simtip.console import progress_bar
     from simtip.output_folder import OutputFolder
     from simtip.render import choose
-    from simtip.result_folder import write_manifest, write_simulation
-    from simtip.simulate import simulate
+    from simtip.result_folder import result_folder, write_manifest, write_simulation
+    from simtip.simulation import simulate
 
     source = read_scene(scene)
     OutputFolder(out).check()
+    chosen = choose(backend)
     with located(source), progress_bar("rendering") as progress:
-        done = simulate(source.spec, seed=seed, backend=choose(backend), progress=progress)
-    with OutputFolder(out) as folder:
+        done = simulate(source.spec, seed=seed, backend=chosen, progress=progress)
+    with result_folder(out) as folder:
         write_simulation(folder, done, exr=exr)
         write_manifest(folder, done, done.timings_s)
     if as_json:
@@ -162,12 +200,12 @@ def measure(
 ) -> None:
     """Measure the needle tip on a pair of image files of any origin."""
     from simtip.console import show_result
-    from simtip.detect import configure
     from simtip.image_file import read_image
-    from simtip.measure import measure_pair
+    from simtip.measure import measure_pair, require_size
     from simtip.rig_file import read_rig
 
-    configured = configure(detector, _parse_settings(settings or []))
+    with _as_options():
+        configured = configure(detector, _parse_settings(settings or []))
     if not max_distance_px > 0:
         raise InputError(
             f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
@@ -178,20 +216,25 @@ def measure(
         (image_left.shape[1], image_left.shape[0]),
         (image_right.shape[1], image_right.shape[0]),
     )
-    measurement = measure_pair(
-        image_left,
-        image_right,
-        cameras,
-        configured,
-        max_distance_px=max_distance_px,
-        method=method,
-    )
+    remedy = f"give the rig that took the images, not {rig}, or images of that size"
+    require_size("left", image_left, cameras.left, file=left, remedy=remedy)
+    require_size("right", image_right, cameras.right, file=right, remedy=remedy)
+    with _as_options():
+        measurement = measure_pair(
+            image_left,
+            image_right,
+            cameras,
+            configured,
+            max_distance_px=max_distance_px,
+            method=method,
+        )
     names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
     result = {**names, **measurement.to_dict()}
     if as_json:
         _print_json(result)
         return
-    show_result(result)
+    with _to_stdout():
+        show_result(result)
 
 
 @app.command()
@@ -206,7 +249,10 @@ def rig(
 
     cameras = read_scene(scene).spec.rig.rig()
     if out is None:
-        sys.stdout.write(rig_text(cameras))
+        _say(rig_text(cameras).rstrip("\n"))
+    elif out.is_file():
+        # It may be somebody's calibration.
+        raise InputError("exists", file=out, remedy="name another file or remove this one")
     else:
         write_rig(out, cameras)
 
@@ -222,7 +268,8 @@ def doctor(backend: BackendOption = None, as_json: JsonOption = False) -> None:
     if as_json:
         _print_json({**environment(), **diagnosis.to_dict()})
     else:
-        show_diagnosis(diagnosis, environment())
+        with _to_stdout():
+            show_diagnosis(diagnosis, environment())
     if not diagnosis.ok:
         raise typer.Exit(1)
 
@@ -230,48 +277,68 @@ def doctor(backend: BackendOption = None, as_json: JsonOption = False) -> None:
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of scene files, for completion in editors."""
-    sys.stdout.write(json.dumps(scene_schema(), indent=2) + "\n")
+    _say(json.dumps(scene_schema(), indent=2))
 
 
 def _parse_settings(settings: list[str]) -> dict[str, object]:
     values: dict[str, object] = {}
     for setting in settings:
-        key, equals, value = setting.partition("=")
+        key, equals, value = (part.strip() for part in setting.partition("="))
         if not equals or not key:
             raise InputError(
                 f"{setting!r} is not KEY=VALUE", field="--set", remedy="write e.g. threshold=105"
             )
-        values[key.strip()] = value.strip()
+        values[key] = value
     return values
+
+
+@contextmanager
+def _as_options() -> Iterator[None]:
+    """Give an error about a detector's parameter the name of the option, not of a scene's field."""
+    try:
+        yield
+    except InputError as error:
+        part, _, name = (error.field or "").partition(".")
+        if part != FIELD_PREFIX:
+            raise
+        option = "--detector" if name == "name" else f"--set {name}"
+        raise InputError(
+            error.problem, file=error.file, field=option, remedy=error.remedy
+        ) from error
 
 
 def _say_where(out: Path | None, what: str) -> None:
     if out is not None:
-        sys.stdout.write(f"written to {out}: {what}\n")
+        _say(f"written to {out}: {what}")
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; user errors are one line on stderr and exit code 2."""
     try:
-        code = app(arguments, standalone_mode=False)
+        code = app(arguments, prog_name="simtip", standalone_mode=False)
     except SimtipError as error:
         _fail(str(error), 2)
     except ClickError as error:
         _fail(_usage(error), 2)
     except (typer.Abort, KeyboardInterrupt):
-        _fail("interrupted; nothing was written", 130)
-    else:
-        sys.exit(code if isinstance(code, int) else 0)
+        code = INTERRUPTED
+    if code == INTERRUPTED:  # Typer, too, makes an interrupt this code
+        _fail("interrupted; nothing was written", INTERRUPTED)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
 def _usage(error: Any) -> str:
     context = getattr(error, "ctx", None)
-    hint = f"; see `{context.command_path} --help`" if context else ""
-    return f"{error.format_message().rstrip('.')}{hint}"
+    command = context.command_path if context else "simtip"
+    problem = error.format_message().replace("Value error, ", "").rstrip(".?")
+    return f"{problem}; see `{command} --help`"
 
 
-def _fail(message: str, code: int) -> None:
-    sys.stderr.write("simtip: " + " ".join(message.split()) + "\n")
+def _fail(message: str, code: int) -> NoReturn:
+    # Names of files and keys may hold anything, such as codes that clear the terminal.
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(message.split()))
+    if sys.stderr is not None:
+        sys.stderr.write(f"simtip: {line}\n")
     sys.exit(code)
 
 

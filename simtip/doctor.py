@@ -8,7 +8,7 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from simtip.errors import SimtipError
+from simtip.errors import BackendError
 from simtip.render.backend import Backend, Verdict, choose, judge, try_backend, try_cuda
 from simtip.render.libllvm import WHEEL, Candidate, candidates
 
@@ -82,14 +82,19 @@ def diagnose(wanted: str | None = None) -> Diagnosis:
     ----------
     wanted
         A back end to insist on; see `simtip.render.choose`.
+
+    Raises
+    ------
+    InputError
+        There is no back end of that name.
     """
-    cuda = try_cuda()
-    llvm = tuple((candidate, judge(candidate)) for candidate in candidates())
     backend, problem = None, ""
     try:
         backend = choose(wanted)
-    except SimtipError as error:
+    except BackendError as error:
         problem = str(error)
+    cuda = try_cuda()
+    llvm = tuple((candidate, judge(candidate)) for candidate in candidates())
     trial = try_backend(backend) if backend else Verdict(ok=False, detail="not tried")
     works = any(verdict.ok for _, verdict in llvm)
     advice = () if cuda.ok or works else how_to_get_llvm()

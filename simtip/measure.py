@@ -9,9 +9,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-from simtip.camera import StereoRig
+from simtip.camera import Camera, StereoRig
 from simtip.detect import ConfiguredDetector, Image, TipObservation
 from simtip.errors import InputError
 from simtip.geometry import Array
@@ -97,6 +98,51 @@ def timed(timings_s: dict[str, float], name: str) -> Iterator[None]:
     timings_s[name] = time.perf_counter() - start
 
 
+def require_size(
+    side: str,
+    image: Image,
+    camera: Camera,
+    *,
+    file: str | Path | None = None,
+    remedy: str = "give the rig that took the images",
+) -> None:
+    """Refuse an image that this camera did not take.
+
+    Parameters
+    ----------
+    side
+        "left" or "right", for the message.
+    image
+        (H, W) or (H, W, 3).
+    camera
+        Of that side of the rig.
+    file, remedy
+        For the message: where the image is from, and what to do.
+
+    Raises
+    ------
+    InputError
+        The image is not of the camera's size.
+    """
+    height, width = image.shape[:2]
+    if (width, height) != camera.size:
+        raise InputError(
+            f"the {side} image is {width}x{height} px, but the rig's {side} camera "
+            f"{camera.width}x{camera.height}",
+            file=file,
+            remedy=remedy,
+        )
+
+
+def _seen(side: str, image: Image, detector: ConfiguredDetector) -> TipObservation:
+    try:
+        return detector(image)
+    except InputError as error:  # a setting that does not suit the image
+        raise InputError(
+            f"for the {side} image: {error.problem}", field=error.field, remedy=error.remedy
+        ) from error
+
+
 def measure_pair(
     left: Image,
     right: Image,
@@ -124,19 +170,14 @@ def measure_pair(
     Raises
     ------
     InputError
-        An image is not of the size that the rig says.
+        An image is not of the size that the rig says, or a setting of the detector does not suit
+        it.
     """
-    for side, image, camera in (("left", left, rig.left), ("right", right, rig.right)):
-        height, width = image.shape[:2]
-        if (width, height) != camera.size:
-            raise InputError(
-                f"the {side} image is {width}x{height} px, the rig's {side} camera "
-                f"{camera.width}x{camera.height}",
-                remedy="give the rig that took the images",
-            )
+    require_size("left", left, rig.left)
+    require_size("right", right, rig.right)
     timings = dict.fromkeys(("detect", "match", "triangulate"), 0.0)
     with timed(timings, "detect"):
-        seen = detector(left), detector(right)
+        seen = _seen("left", left, detector), _seen("right", right, detector)
     if seen[0].tip_px is None or seen[1].tip_px is None:
         return Measurement(*seen, timings_s=timings)
     with timed(timings, "match"):

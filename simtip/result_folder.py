@@ -7,20 +7,24 @@ import hashlib
 import importlib.metadata
 import json
 import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip import __version__
+from simtip.errors import InputError
 from simtip.image_file import write_png
+from simtip.output_folder import OutputFolder
 from simtip.overlay import draw_view, side_by_side
 from simtip.render import Backend, View
 from simtip.rig_file import write_rig
 from simtip.scene_file import dump_scene
-from simtip.simulate import Simulation
+from simtip.simulation import Simulation
 from simtip.trial import Trial
+from simtip.version import __version__
 
 PACKAGES = (
     "mitsuba",
@@ -31,6 +35,8 @@ PACKAGES = (
     "opencv-python-headless",
     "trimesh",
 )
+
+UNWRITABLE_REMEDY = "free some space or name another output folder"
 
 
 def environment() -> dict[str, Any]:
@@ -52,6 +58,37 @@ def environment() -> dict[str, Any]:
 def backend_facts(backend: Backend) -> dict[str, Any]:
     """Say what rendered and why it was chosen."""
     return {"name": backend.name, "variant": backend.variant, "reason": backend.reason}
+
+
+@contextmanager
+def result_folder(path: str | Path) -> Iterator[Path]:
+    """Give a folder to write results into, which appears whole or not at all.
+
+    Parameters
+    ----------
+    path
+        See `simtip.output_folder.OutputFolder`.
+
+    Raises
+    ------
+    InputError
+        The folder, or something in it, cannot be written: the disk is full, for example.
+    """
+    folder = None
+    try:
+        with OutputFolder(path) as folder:
+            yield folder
+    except InputError as error:
+        # Nobody knows the temporary folder's name.
+        if folder is None or error.file is None or not Path(error.file).is_relative_to(folder):
+            raise
+        inside = Path(path) / Path(error.file).relative_to(folder)
+        raise InputError(error.problem, file=inside, remedy=UNWRITABLE_REMEDY) from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be written ({reason})", file=path, remedy=UNWRITABLE_REMEDY
+        ) from error
 
 
 def write_simulation(folder: Path, simulation: Simulation, *, exr: bool = False) -> None:
@@ -136,4 +173,7 @@ def _write_exr(path: Path, view: View, radiance: NDArray[np.float32]) -> None:
         "Z": view.depth_mm,
     }
     with OpenEXR.File(header, channels) as file:
-        file.write(str(path))
+        try:
+            file.write(str(path))
+        except RuntimeError as error:  # so it reports a full disk
+            raise OSError(str(error).replace(str(path), path.name)) from error

@@ -1,23 +1,20 @@
 """Stereo rigs as OpenCV FileStorage YAML, as users of `cv2.stereoCalibrate` keep them.
 
 OpenCV's pose is ``p_right = R p_left + T``; `StereoRig.T_lr` is its inverse (paper Eq. 19).
-Files are read by `simtip.yaml_file`, not by OpenCV's own parser: that one is not made for hostile
-input.
 """
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, TypeAlias
 
 import cv2
 import numpy as np
 
 from simtip.camera import DISTORTION_LENGTHS, Camera, StereoRig
-from simtip.errors import InputError
 from simtip.geometry import Pose, nearest_rotation
 from simtip.output_folder import write_atomically
-from simtip.yaml_file import parse_yaml, read_bytes, shown
+from simtip.rig_nodes import MAX_MAGNITUDE, MAX_SIDE, load_nodes, read_matrix
+from simtip.yaml_file import shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,25 +24,8 @@ if TYPE_CHECKING:
 
 Size: TypeAlias = tuple[int, int]
 
-MAX_BYTES = 1024 * 1024
-"""Largest rig file read: room for the views of a calibration beside the matrices."""
-MAX_MAGNITUDE = 1e8
-"""Largest focal length, principal point (px), coefficient and baseline (mm) taken seriously."""
-MAX_SIDE = 65535
-"""Largest image side, px."""
 MIN_BASELINE_MM = 1e-6
 """Below this the two cameras are one."""
-
-_NAMES: dict[str, tuple[str, ...]] = {
-    "M1": ("M1", "K1", "cameraMatrix1"),
-    "D1": ("D1", "distCoeffs1"),
-    "M2": ("M2", "K2", "cameraMatrix2"),
-    "D2": ("D2", "distCoeffs2"),
-    "R": ("R",),
-    "T": ("T",),
-}
-_DEPTHS = frozenset("ucwsifdh")
-_REWRITE = "write it with cv2.FileStorage"
 
 
 def read_rig(
@@ -84,7 +64,7 @@ def read_rig(
     InputError
         Whatever is wrong, naming the file, the node and the remedy.
     """
-    document = _load(path)
+    document = load_nodes(path)
     left_size, right_size = _sizes(document, size, right_size or size)
     left = _camera(document, "M1", "D1", left_size)
     right = _camera(document, "M2", "D2", right_size)
@@ -153,104 +133,8 @@ def _matrix_lines(name: str, matrix: Array) -> list[str]:
     ]
 
 
-def _load(path: str | Path) -> Document:
-    data = read_bytes(path, MAX_BYTES)
-    start = data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1]
-    form = {b"<": "XML", b"{": "JSON"}.get(start)
-    if form is not None:
-        raise InputError(
-            f"is {form}, which is not read yet",
-            file=path,
-            remedy="write the rig with cv2.FileStorage to a file that ends in .yml",
-        )
-    document = parse_yaml(data, path, opencv=True)
-    if not isinstance(document.value, dict):
-        raise document.error(f"a rig has named nodes, not {shown(document.value)}", remedy=_REWRITE)
-    return document
-
-
-def _node(document: Document, name: str) -> tuple[FieldPath, Yaml]:
-    """Find a node under any of its names."""
-    nodes = document.value if isinstance(document.value, dict) else {}
-    names = [alias for alias in _NAMES[name] if alias in nodes]
-    if not names:
-        raise InputError(
-            "the node is missing",
-            file=document.file,
-            field=name,
-            remedy=(
-                f"add {' or '.join(_NAMES[name])} (OpenCV's sample splits a rig into intrinsics.yml"
-                " and extrinsics.yml: put both into one file)"
-            ),
-        )
-    if len(names) > 1:
-        raise document.error(f"stands beside {names[0]}", (names[1],), remedy="keep one of them")
-    return (names[0],), nodes[names[0]]
-
-
-def _matrix(document: Document, name: str) -> tuple[FieldPath, Array]:
-    """Read a matrix of one channel, with one or two dimensions, of finite numbers."""
-    path, node = _node(document, name)
-    if not isinstance(node, dict):
-        raise document.error(f"is no matrix but {shown(node)}", path, remedy=_REWRITE)
-    for key in ("dt", "data") if "sizes" in node else ("rows", "cols", "dt", "data"):
-        if key not in node:
-            raise document.error(f"the matrix has no '{key}'", path, remedy=_REWRITE)
-    dt = node["dt"]
-    if not isinstance(dt, str) or dt.removeprefix("1") not in _DEPTHS:
-        raise document.error(
-            f"is {shown(dt)}, not the type of a matrix with one channel",
-            (*path, "dt"),
-            remedy="write it as dt: d",
-        )
-    shape = _shape(document, path, node)
-    entries = _entries(document, path, node["data"])
-    if len(entries) != math.prod(shape):
-        raise document.error(
-            f"has {len(entries)} entries for {' x '.join(map(str, shape))}",
-            (*path, "data"),
-            remedy="correct rows, cols or data",
-        )
-    return path, entries.reshape(shape)
-
-
-def _shape(document: Document, path: FieldPath, node: dict[str, Yaml]) -> tuple[int, ...]:
-    # An nd-matrix, which OpenCV 5 writes for an array of one dimension, has sizes instead.
-    sizes = node.get("sizes", [node.get("rows"), node.get("cols")])
-    if isinstance(sizes, list) and len(sizes) in {1, 2}:
-        shape = tuple(n for n in sizes if type(n) is int and 0 <= n <= MAX_SIDE)
-        if len(shape) == len(sizes):
-            return shape
-    key = "sizes" if "sizes" in node else "rows"
-    raise document.error("is not the shape of a matrix", (*path, key), remedy=_REWRITE)
-
-
-def _entries(document: Document, path: FieldPath, data: Yaml) -> Array:
-    path = (*path, "data")
-    if not isinstance(data, list):
-        raise document.error(
-            f"has to be a list of numbers, not {shown(data)}", path, remedy=_REWRITE
-        )
-    entries = np.empty(len(data))
-    for index, entry in enumerate(data):
-        if isinstance(entry, bool) or not isinstance(entry, int | float):
-            raise document.error(
-                f"is {shown(entry)}, not a number", (*path, index), remedy=_REWRITE
-            )
-        # Written this way round, NaN fails too.
-        if not abs(entry) <= MAX_MAGNITUDE:
-            raise document.error(
-                f"is {shown(entry)}, which no rig has",
-                (*path, index),
-                remedy="calibrate again or correct it",
-            )
-        entries[index] = entry
-    return entries
-
-
 def _camera(document: Document, matrix: str, distortion: str, size: Size) -> Camera:
-    path, K = _matrix(document, matrix)
-    _require_shape(document, path, K, ((3, 3),))
+    path, K = read_matrix(document, matrix, (3, 3))
     fx, skew, fy = K[0, 0], K[0, 1], K[1, 1]
     if fx <= 1 / MAX_MAGNITUDE or fy <= 1 / MAX_MAGNITUDE:
         raise document.error(
@@ -270,7 +154,7 @@ def _camera(document: Document, matrix: str, distortion: str, size: Size) -> Cam
 
 
 def _distortion(document: Document, name: str) -> tuple[float, ...]:
-    path, D = _matrix(document, name)
+    path, D = read_matrix(document, name)
     # A column, a row or one dimension: anything else has its coefficients in an unknown order.
     if D.size not in DISTORTION_LENGTHS or D.size not in {0, max(D.shape)}:
         shape = " x ".join(map(str, D.shape))
@@ -283,8 +167,7 @@ def _distortion(document: Document, name: str) -> tuple[float, ...]:
 
 
 def _rotation(document: Document) -> Array:
-    path, R = _matrix(document, "R")
-    _require_shape(document, path, R, ((3, 3), (3, 1), (1, 3), (3,)))
+    path, R = read_matrix(document, "R", (3, 3), (3, 1), (1, 3), (3,))
     if R.size == 3:
         R = np.asarray(cv2.Rodrigues(R.reshape(3, 1))[0], dtype=np.float64)
     try:
@@ -296,21 +179,12 @@ def _rotation(document: Document) -> Array:
 
 
 def _translation(document: Document) -> Array:
-    path, T = _matrix(document, "T")
-    _require_shape(document, path, T, ((3, 1), (1, 3), (3,)))
+    path, T = read_matrix(document, "T", (3, 1), (1, 3), (3,))
     if np.linalg.norm(T) < MIN_BASELINE_MM:
         raise document.error(
             "is zero: the two cameras coincide", path, remedy="give the T of cv2.stereoCalibrate"
         )
     return T.ravel()
-
-
-def _require_shape(
-    document: Document, path: FieldPath, matrix: Array, shapes: tuple[tuple[int, ...], ...]
-) -> None:
-    if matrix.shape not in shapes:
-        found, wanted = (" x ".join(map(str, shape)) for shape in (matrix.shape, shapes[0]))
-        raise document.error(f"is {found}", path, remedy=f"it has to be {wanted}")
 
 
 def _sizes(document: Document, left: Size | None, right: Size | None) -> tuple[Size, Size]:

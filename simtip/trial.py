@@ -9,7 +9,7 @@ from simtip.detect import ConfiguredDetector, configure
 from simtip.measure import Measurement, measure_pair
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, score_tip
-from simtip.simulate import Simulation, simulate
+from simtip.simulation import Simulation, simulate
 from simtip.spec import SceneSpec
 
 
@@ -84,7 +84,7 @@ def run_trial(
 ) -> Trial:
     """Simulate a scene, measure the tip on its images, score it against the truth.
 
-    Parameters and errors as in `simtip.simulate.simulate` and `detector_of`; a tip that is not
+    Parameters and errors as in `simtip.simulation.simulate` and `detector_of`; a tip that is not
     found is no error but a result with its reason.
     """
     detector = detector_of(spec)

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from simtip.errors import InputError
+from simtip.footprint import in_view
 from simtip.geometry import Array, Pose, unit
-from simtip.needle import Needle, apex_is_hidden, in_view, projected_axis, silhouette_tip
+from simtip.needle import Needle
+from simtip.silhouette import apex_is_hidden, projected_axis, silhouette_tip
 
 if TYPE_CHECKING:
     from simtip.camera import Camera, StereoRig

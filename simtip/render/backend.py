@@ -12,6 +12,7 @@ import importlib
 import importlib.metadata
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -33,6 +34,8 @@ VARIANTS: dict[Name, str] = {
     "scalar": "scalar_rgb",
 }
 PROBE_TIMEOUT_S = 120
+STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM, 9)
+"""Signals that say nothing of a library; 9 is SIGKILL, as from a machine out of memory."""
 CHOICE_VARIABLE = "SIMTIP_BACKEND"
 LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
 
@@ -53,10 +56,19 @@ class Backend:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether something was found to work here."""
+    """Whether something was found to work here.
+
+    Attributes
+    ----------
+    ok, detail
+        The answer and its reason.
+    lasting
+        Would be the same tomorrow; a trial that was stopped from outside says nothing of that.
+    """
 
     ok: bool
     detail: str
+    lasting: bool = True
 
 
 def _probe(variant: str, environment: dict[str, str]) -> Verdict:
@@ -71,7 +83,8 @@ def _probe(variant: str, environment: dict[str, str]) -> Verdict:
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        return Verdict(ok=False, detail=f"the trial did not end: {type(error).__name__}")
+        detail = f"the trial did not end: {type(error).__name__}"
+        return Verdict(ok=False, detail=detail, lasting=False)
     if done.returncode == 0 and done.stdout.strip():
         answer = json.loads(done.stdout.strip().splitlines()[-1])
         if answer["ok"]:
@@ -80,7 +93,11 @@ def _probe(variant: str, environment: dict[str, str]) -> Verdict:
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     telling = next((line for line in lines if "LLVM" in line or "rror" in line), "")
     how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-    return Verdict(ok=False, detail=f"the trial process died ({how}) {telling[:160]}".strip())
+    return Verdict(
+        ok=False,
+        detail=f"the trial process died ({how}) {telling[:160]}".strip(),
+        lasting=-done.returncode not in STOPPED_FROM_OUTSIDE,
+    )
 
 
 def _memo_path() -> Path:
@@ -109,6 +126,8 @@ def try_llvm(path: str) -> Verdict:
     if isinstance(known, list) and len(known) == 2:
         return Verdict(ok=bool(known[0]), detail=str(known[1]))
     verdict = _probe(VARIANTS["llvm"], {LIBRARY_VARIABLE: path})
+    if not verdict.lasting:
+        return verdict
     try:
         memo_path.parent.mkdir(parents=True, exist_ok=True)
         temporary = memo_path.with_suffix(f".{os.getpid()}")

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.camera import Camera
+from simtip.footprint import footprint
 from simtip.geometry import Array, Pose
-from simtip.needle import footprint
 from simtip.render.backend import Backend
 from simtip.render.chunks import strata
 from simtip.render.lightmap import (

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.errors import BackendError
+from simtip.footprint import footprint
 from simtip.geometry import Array, Pose
-from simtip.needle import footprint
 from simtip.render.backend import Backend
 from simtip.render.board import Board
 from simtip.render.chunks import strata

@@ -3,7 +3,7 @@
 import pytest
 
 from simtip import detect
-from simtip.detect.lin2020 import Lin2020Parameters
+from simtip.detect.lin2020_parameters import Lin2020Parameters
 from simtip.errors import InputError
 
 

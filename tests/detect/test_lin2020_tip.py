@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simtip.detect import TipStatus, lin2020
-from simtip.detect.lin2020 import Lin2020Parameters
+from simtip.detect.lin2020_parameters import Lin2020Parameters
 
 BAR = (slice(0, 300), slice(100, 121))  # 300 x 21 px, enters at the top; last row 299, middle 110
 

@@ -18,7 +18,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from simtip.errors import InputError
 from simtip.image_file import read_image, write_png
 
-SETTINGS = settings(derandomize=True, deadline=None, max_examples=60)
+SETTINGS = settings(derandomize=True, deadline=None, max_examples=40)
 
 
 def chunk(name, data):

@@ -13,7 +13,7 @@ from simtip.errors import InputError
 from simtip.geometry import Pose
 from simtip.rig_file import read_rig, rig_text, write_rig
 
-SETTINGS = settings(derandomize=True, deadline=None, max_examples=60)
+SETTINGS = settings(derandomize=True, deadline=None, max_examples=40)
 SIZE = (2048, 1436)
 NODES = ("M1", "D1", "M2", "D2", "R", "T")
 

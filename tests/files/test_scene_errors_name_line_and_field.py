@@ -17,7 +17,7 @@ from simtip.yaml_file import dump_yaml, undotted
 
 SCENES = Path(__file__).parents[2] / "scenes"
 PAPER = SCENES / "01_single_tip.yaml"
-SETTINGS = settings(derandomize=True, deadline=None, max_examples=100)
+SETTINGS = settings(derandomize=True, deadline=None, max_examples=50)
 
 MINIMAL = """\
 rig:

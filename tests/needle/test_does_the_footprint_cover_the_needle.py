@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from simtip.camera import Camera
+from simtip.footprint import footprint, in_view
 from simtip.geometry import Pose
-from simtip.needle import Bevel, Cone, Needle, footprint, in_view
+from simtip.needle import Bevel, Cone, Needle
 
 K = np.array([[477.0, 0, 233.2], [0, 478.0, 164.5], [0, 0, 1]])  # the paper's over 4
 PINHOLE = Camera(K, 512, 359)
@@ -44,7 +45,7 @@ def strewn(needle, count, seed=5):
     return np.concatenate([side, np.stack([x, y, (R - x) * slope], axis=1)])
 
 
-def touched(needle, T_cn, camera, count=20000):
+def touched(needle, T_cn, camera, count=8000):
     """The pixels that strewn points fall on."""
     points = T_cn.apply(strewn(needle, count))
     points = points[points[:, 2] > 1]
@@ -82,22 +83,22 @@ def test_no_touched_pixel_is_missing(needle, apex, axis, roll, camera):
     assert in_view(needle, T, camera) or not seen.any()
 
 
-@pytest.mark.parametrize("margin", [0, 2.5, 9])
 @pytest.mark.parametrize("camera", [PINHOLE, BARREL, PINCUSHION])
 @pytest.mark.parametrize("needle", [CONE, BEVEL])
-def test_the_margin_is_kept_and_little_is_added(needle, camera, margin):
+def test_the_margin_is_kept_and_little_is_added(needle, camera):
     T = needle.pose((10, 15, 170), (0.2, -1, 0.1), 40)
     seen = ndimage.binary_closing(
-        np.pad(touched(needle, T, camera, 150000), 30, "edge"), iterations=2
+        np.pad(touched(needle, T, camera, 100000), 30, "edge"), iterations=2
     )
     seen = seen[30:-30, 30:-30]
-    mask = footprint(needle, T, camera, margin)
 
     def widened(by):
         return ndimage.binary_dilation(seen, np.ones((2 * by + 1, 2 * by + 1)))
 
-    assert not (widened(math.floor(margin)) & ~mask).any()
-    assert not (mask & ~widened(math.ceil(margin) + 4)).any()
+    for margin in (0, 2.5, 9):
+        mask = footprint(needle, T, camera, margin)
+        assert not (widened(math.floor(margin)) & ~mask).any()
+        assert not (mask & ~widened(math.ceil(margin) + 4)).any()
 
 
 def test_a_needle_just_outside_the_image_marks_its_margin_inside():

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from simtip import overlay
 from simtip.overlay import draw_view
+from simtip.overlay.inset import Inset
 
 WIDTH, HEIGHT = 1000, 700
 REFERENCE = (412, 309)
@@ -95,13 +95,9 @@ def test_in_the_inset_of_a_tip_near_the_corner():
 )
 def test_a_half_pixel_fault_in_the_inset_is_seen(monkeypatch, faulty):
     def point(self, p):
-        if p is None:
-            return None
-        return faulty(self.factor, p[0] - self.source.u0), faulty(
-            self.factor, p[1] - self.source.v0
-        )
+        return faulty(self.factor, p - np.array([self.source.u0, self.source.v0]))
 
-    monkeypatch.setattr(overlay._Inset, "point", point)
+    monkeypatch.setattr(Inset, "point", point)
     view = draw_view(gray_image(), title="view", tip_true_px=TIPS[0])
     assert np.abs(inset_error(view, TIPS[0], 1.0)).min() > 4 * NEAR_PX
 

@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from simtip import overlay
-from simtip.overlay import draw_view, side_by_side
+from simtip.overlay import draw_view, legend, side_by_side
+from simtip.overlay.inset import Inset
+from simtip.overlay.marks import LINE_COLOR
 
 ALL = {
     "title": "left",
@@ -113,17 +114,17 @@ def test_a_line_outside_the_image_is_said(written):
 
 def test_the_legend_names_what_is_drawn_and_no_more(written):
     draw_view(plain(BIG), title="left view", tip_detected_px=(500, 300))
-    assert set(written) == {"left view", "detected tip", "10 px"}
+    assert set(written) == {"left view", "detected tip", "inset: 4 times as large"}
 
 
 @pytest.mark.parametrize(
     ("axis", "said"),
     [
-        ((0.0, -1.0), "error: along +6.9 px, across +0.1 px"),
-        ((0.0, 1.0), "error: along -6.9 px, across -0.1 px"),
+        ((0.0, -1.0), "error: along +6.90 px, across +0.10 px"),
+        ((0.0, 1.0), "error: along -6.90 px, across -0.10 px"),
         # axis to the right: turned clockwise as seen it points down, +v
-        ((2.0, 0.0), "error: along +0.1 px, across -6.9 px"),
-        (None, "error: |d| = 6.9 px"),
+        ((2.0, 0.0), "error: along +0.10 px, across -6.90 px"),
+        (None, "error: |d| = 6.90 px"),
     ],
 )
 def test_the_error_is_detected_minus_true(written, axis, said):
@@ -137,7 +138,7 @@ def test_the_error_is_detected_minus_true(written, axis, said):
     assert said in " ".join(written)
 
 
-def test_an_error_below_a_pixel_has_two_decimals_and_no_minus_zero(written):
+def test_an_error_is_never_minus_zero(written):
     draw_view(
         plain(BIG),
         title="",
@@ -151,10 +152,10 @@ def test_an_error_below_a_pixel_has_two_decimals_and_no_minus_zero(written):
 def test_a_reason_is_wrapped_and_complete(written):
     reason = "no component of needle polarity is larger than 4500 px; the largest has 3120 px"
     draw_view(plain(BIG), title="", tip_true_px=(500, 300), reason=reason)
-    lines = [text for text in written if text not in {"true tip", "10 px"}]
+    lines = [text for text in written if text != "true tip" and "inset" not in text]
     assert len(lines) > 1
     assert " ".join(lines) == f"No tip detected: {reason}"
-    widest = max(cv2.getTextSize(t, overlay._FONT, 0.52 * 1.25, 1)[0][0] for t in lines)
+    widest = max(cv2.getTextSize(t, cv2.FONT_HERSHEY_SIMPLEX, 0.52 * 1.25, 1)[0][0] for t in lines)
     assert widest < 0.5 * BIG[1]
 
 
@@ -189,33 +190,31 @@ def test_neither_tip_nor_needle_is_hidden(axis, tip, dn, axis_known):
 
 def test_the_legend_leaves_the_epipolar_line_free_if_it_can():
     view = draw_view(plain(BIG), title="left view", epipolar_line=(1, 1, -150))
-    np.testing.assert_array_equal(view[75, 75], overlay.LINE_COLOR)
-    np.testing.assert_array_equal(view[20, 130], overlay.LINE_COLOR)
+    np.testing.assert_array_equal(view[75, 75], LINE_COLOR)
+    np.testing.assert_array_equal(view[20, 130], LINE_COLOR)
 
 
 @pytest.mark.parametrize("tip", [(200, 150), (60, 40), (330, 250), (60, 250), (330, 40)])
 @pytest.mark.parametrize("words", [0, 8, 30])
 def test_inset_and_legend_keep_apart(monkeypatch, tip, words):
     boxes = {}
-    draw_inset, draw_panel = overlay._draw_inset, overlay._Panel.draw
+    draw_inset, draw_panel = Inset.draw, legend._Panel.draw
 
-    def inset(view, clean, plan, *args):
-        boxes["inset"] = plan.box
-        draw_inset(view, clean, plan, *args)
+    def inset(self, *args):
+        boxes["inset"] = self.box
+        draw_inset(self, *args)
 
     def panel(self, view, box):
         boxes["panel"] = box
         draw_panel(self, view, box)
 
-    monkeypatch.setattr(overlay, "_draw_inset", inset)
-    monkeypatch.setattr(overlay._Panel, "draw", panel)
+    monkeypatch.setattr(Inset, "draw", inset)
+    monkeypatch.setattr(legend._Panel, "draw", panel)
     title = "a longer title of a view " + "of words " * words
     draw_view(plain((300, 400)), title=title, tip_true_px=tip, tip_detected_px=tip)
-    a = boxes["inset"]
-    assert not a.holds(tip)
-    assert "panel" in boxes
-    b = boxes["panel"]
-    assert not b.holds(tip)
+    a, b = boxes["inset"], boxes["panel"]
+    for box in (a, b):
+        assert not (box.u0 <= tip[0] < box.u1 and box.v0 <= tip[1] < box.v1)
     assert a.u1 < b.u0 or b.u1 < a.u0 or a.v1 < b.v0 or b.v1 < a.v0
 
 
@@ -259,3 +258,11 @@ def test_a_pair_keeps_both_pictures_and_parts_them():
     np.testing.assert_array_equal(both[:, 400 + gap :], right)
     assert (both[:, 400 : 400 + gap] == 255).all()
     assert (both[30:, :400] == 255).all()
+
+
+def test_the_legend_hides_no_tip_that_the_inset_leaves_out():
+    true, detected = (700.0, 500.0), (90.0, 60.0)
+    view = draw_view(plain(BIG), title="left", tip_true_px=true, tip_detected_px=detected)
+    around = view[54:67, 84:97].astype(int)
+    assert (around[..., 0] - around[..., 2]).max() > 100  # the dot, vermilion
+    np.testing.assert_array_equal(view[60, 96], 150)  # between dot and ring: the image

@@ -11,7 +11,7 @@ RIGHT_PX2 = np.array([[0.02, -0.02], [-0.02, 0.06]])
 
 
 @pytest.mark.parametrize(
-    ("method", "count"), [("svd", 40000), ("midpoint", 40000), ("optimal", 2000)]
+    ("method", "count"), [("svd", 40000), ("midpoint", 40000), ("optimal", 1000)]
 )
 def test_claimed_covariance_is_the_observed_scatter(distorted, method, count):
     """Whitened by the claim, the scatter is the identity.

@@ -8,14 +8,9 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, minimize_scalar
 
 from simtip.camera import Camera, StereoRig
+from simtip.correspondence import _nearest_feet, nearest_correspondence
 from simtip.geometry import Pose
-from simtip.triangulate import (
-    METHODS,
-    _nearest_feet,
-    nearest_correspondence,
-    triangulate,
-    triangulate_points,
-)
+from simtip.triangulate import METHODS, triangulate, triangulate_points
 
 NOISE_PX = 3.0
 
