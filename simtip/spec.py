@@ -26,7 +26,7 @@ Rgb = tuple[
     Annotated[FiniteFloat, Field(ge=0)],
     Annotated[FiniteFloat, Field(ge=0)],
 ]
-Positive = Annotated[FiniteFloat, Field(gt=0, le=1e6)]
+Positive = Annotated[FiniteFloat, Field(ge=1e-6, le=1e6)]
 NonNegative = Annotated[FiniteFloat, Field(ge=0)]
 Fraction = Annotated[FiniteFloat, Field(ge=0, le=1)]
 

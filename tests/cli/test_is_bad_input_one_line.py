@@ -38,6 +38,16 @@ class Bad:
     argv: tuple[str, ...] = RUN
 
 
+@pytest.fixture(autouse=True)
+def no_rendering(monkeypatch):
+    """Bad input is refused before the work, not after it."""
+
+    def render(*_, **__):
+        pytest.fail("rendered in vain")
+
+    monkeypatch.setattr("simtip.simulation.render_pair", render)
+
+
 def replaced(text: str, case: Bad) -> tuple[bytes, int]:
     if not case.old:
         return (case.new.encode() if isinstance(case.new, str) else case.new), 1
