@@ -1,0 +1,29 @@
+"""The scene, as data: strict, frozen models of what a scene file may say.
+
+World frame = left camera frame (x right, y down, z forward), millimetres. Loading from YAML, with
+errors that name the line, is in `simtip.scene_file`.
+"""
+
+from simtip.spec.light import AmbientSpec, BackgroundSpec, TubeLamp
+from simtip.spec.needle import BevelTip, ConeTip, NeedleMaterial, NeedleSpec
+from simtip.spec.rig import CameraSpec, RigSpec
+from simtip.spec.scene import DetectSpec, MatchSpec, RenderSpec, SceneSpec, TriangulateSpec
+from simtip.spec.sensor import SensorSpec
+
+__all__ = [
+    "AmbientSpec",
+    "BackgroundSpec",
+    "BevelTip",
+    "CameraSpec",
+    "ConeTip",
+    "DetectSpec",
+    "MatchSpec",
+    "NeedleMaterial",
+    "NeedleSpec",
+    "RenderSpec",
+    "RigSpec",
+    "SceneSpec",
+    "SensorSpec",
+    "TriangulateSpec",
+    "TubeLamp",
+]

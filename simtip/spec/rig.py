@@ -1,0 +1,82 @@
+"""The cameras and the pose between them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, FiniteFloat, field_validator, model_validator
+
+from simtip.camera import Camera, StereoRig
+from simtip.geometry import Pose, nearest_rotation
+from simtip.spec.base import Matrix3, Part, Positive, Vector3
+
+MAX_PIXELS = 100_000_000
+
+
+class CameraSpec(Part):
+    """Intrinsics of one camera; pixel (0, 0) is the centre of the top-left pixel."""
+
+    width: Annotated[int, Field(ge=1, le=32768, description="Full sensor width, px.")]
+    height: Annotated[int, Field(ge=1, le=32768, description="Full sensor height, px.")]
+    fx: Annotated[Positive, Field(description="Focal length along u, px.")]
+    fy: Annotated[Positive, Field(description="Focal length along v, px.")]
+    cx: Annotated[FiniteFloat, Field(description="Principal point u, px, on the full sensor.")]
+    cy: Annotated[FiniteFloat, Field(description="Principal point v, px, on the full sensor.")]
+    roi: Annotated[
+        tuple[int, int, int, int] | None,
+        Field(
+            description=(
+                "Region of interest read out: x, y, width, height in px of the full sensor. "
+                "Images, truth and the exported rig then count pixels from its corner."
+            )
+        ),
+    ] = None
+
+    @model_validator(mode="after")
+    def _roi_inside(self) -> CameraSpec:
+        if self.roi is not None:
+            x, y, w, h = self.roi
+            if x < 0 or y < 0 or w < 1 or h < 1 or x + w > self.width or y + h > self.height:
+                raise ValueError(
+                    f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor"
+                )
+        width, height = self.roi[2:] if self.roi else (self.width, self.height)
+        if width * height > MAX_PIXELS:
+            raise ValueError(f"{width}x{height} px is too large: {MAX_PIXELS} pixels is the limit")
+        return self
+
+    def camera(self) -> Camera:
+        """Build the camera, cropped to its region of interest."""
+        K = np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+        camera = Camera(K, self.width, self.height)
+        return camera if self.roi is None else camera.cropped(*self.roi)
+
+
+class RigSpec(Part):
+    """Two cameras and the pose between them: ``p_left = R p_right + t`` (paper Eq. 19)."""
+
+    left: Annotated[CameraSpec, Field(description="Its frame is the world frame.")]
+    right: CameraSpec
+    R: Annotated[
+        Matrix3, Field(description="Right to left rotation, rows; made orthonormal by SVD.")
+    ]
+    t_mm: Annotated[Vector3, Field(description="Right camera's centre in the left frame, mm.")]
+
+    @field_validator("R")
+    @classmethod
+    def _is_rotation(cls, value: Matrix3) -> Matrix3:
+        nearest_rotation(value)
+        return value
+
+    @field_validator("t_mm")
+    @classmethod
+    def _has_baseline(cls, value: Vector3) -> Vector3:
+        if not any(value):
+            raise ValueError("the two cameras coincide: the baseline is 0 mm")
+        return value
+
+    def rig(self) -> StereoRig:
+        """Build the rig."""
+        pose = Pose(nearest_rotation(self.R), np.array(self.t_mm))
+        return StereoRig(self.left.camera(), self.right.camera(), pose)
