@@ -126,6 +126,29 @@ class Camera:
         return np.asarray(inside.all(axis=-1))
 
 
+def folds(camera: Camera) -> bool:
+    """Say whether the distortion model leaves its valid region inside the image.
+
+    Outwards from the centre, in all directions, the projection has to keep its orientation until it
+    has left the image; where it turns back before, two rays share a pixel or pixels have no ray.
+    """
+    if not camera.distortion:
+        return False
+    angle = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+    radius = np.geomspace(1e-3, 10, 400)
+    xy = radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    points = np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], axis=-1)
+    pixels = camera.project(points)
+    step = 1e-5
+    du = (camera.project(points + np.array([step, 0, 0])) - pixels) / step
+    dv = (camera.project(points + np.array([0, step, 0])) - pixels) / step
+    upright = du[..., 0] * dv[..., 1] - du[..., 1] * dv[..., 0] > 0
+    outside = ~camera.contains(pixels)
+    # All that lies before the first point outside has to be upright, and there has to be one.
+    before = np.cumsum(outside, axis=0) == 0
+    return bool((before & ~upright).any() or not outside.any(axis=0).all())
+
+
 @dataclass(frozen=True, eq=False)
 class StereoRig:
     """Two cameras; the rig's frame is the left camera's.

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
 from simtip.geometry import Pose
+from simtip.lens import ThinLens
 from simtip.render.backend import Backend, activated, choose
 from simtip.render.view import Floats, Progress, View
 from simtip.spec import SceneSpec
@@ -58,6 +59,7 @@ def render_discs(
     points_mm: ArrayLike,
     radius_mm: float,
     *,
+    lens: ThinLens | None = None,
     samples: int = 256,
     seed: int = 0,
     backend: Backend | None = None,
@@ -71,13 +73,15 @@ def render_discs(
     Parameters
     ----------
     camera
-        Without distortion.
+        With distortion, the centroid moves by the distortion's curvature over the disc.
     T_wc
         Its pose in the world.
     points_mm
         (n, 3) disc centres in the world, mm, in front of the camera.
     radius_mm
         Of the discs.
+    lens
+        None for a pinhole.
     samples
         Per pixel.
     seed, backend
@@ -93,5 +97,12 @@ def render_discs(
         from simtip.render.markers import render
 
         return render(
-            camera, T_wc, points_mm, radius_mm, samples, seed, scalar=backend.name == "scalar"
+            camera,
+            T_wc,
+            points_mm,
+            radius_mm,
+            samples,
+            seed,
+            lens=lens,
+            scalar=backend.name == "scalar",
         )

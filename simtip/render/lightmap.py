@@ -53,10 +53,10 @@ class Grid:
         t, s = np.mgrid[: self.rows, : self.columns]
         return self.corner + self.step * np.stack([s.ravel(), t.ravel()], axis=1)
 
-    def index(self, st: Array) -> Array:
-        """Fractional (column, row) of board coordinates (..., 2)."""
-        fractional: Array = (st - self.corner) / self.step
-        return fractional
+    def nearest(self, st: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Column and row (n,) of the point nearest to each of (n, 2) board coordinates."""
+        column, row = np.rint((st - self.corner) / self.step).astype(np.intp).T
+        return np.clip(column, 0, self.columns - 1), np.clip(row, 0, self.rows - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,30 +66,33 @@ class LightMap:
     grid: Grid
     values: Floats
 
-    def at(self, st: Array) -> Floats:
-        """Interpolate linearly at board coordinates (H, W, 2): (H, W, lamps + 1)."""
-        where = self.grid.index(st).astype(np.float32)
-        layers = [
-            cv2.remap(
-                np.ascontiguousarray(self.values[..., k]),
-                where[..., 0],
-                where[..., 1],
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-            for k in range(self.values.shape[-1])
-        ]
-        return np.stack(layers, axis=-1)
 
+class Plane:
+    """The background's plane in the renderer's own numbers."""
 
-class Lookup:
-    """Light maps as the renderer reads them: the fine one where it reaches, else the coarse."""
-
-    def __init__(self, board: Board, fine: LightMap, coarse: LightMap) -> None:
+    def __init__(self, board: Board) -> None:
         self._axes = [
             mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in a]) for a in (board.x, board.y)
         ]
+        self._normal = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
         self._centre = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in board.centre])
+
+    def meet(self, ray: Any) -> Any:
+        """Where rays meet the plane, in the world."""
+        return ray(dr.dot(self._centre - ray.o, self._normal) / dr.dot(ray.d, self._normal))
+
+    def coordinates(self, point: Any) -> Any:
+        """Board coordinates (s, t), mm, of points of the plane."""
+        d = point - self._centre
+        return mi.Point2f(dr.dot(d, self._axes[0]), dr.dot(d, self._axes[1]))
+
+
+class Lookup(Plane):
+    """Light maps as the renderer reads them: the fine one where it reaches, else the coarse."""
+
+    def __init__(self, board: Board, fine: LightMap, coarse: LightMap) -> None:
+        super().__init__(board)
+        self.groups = fine.values.shape[-1]
         self._levels = [self._level(fine), self._level(coarse)]
 
     @staticmethod
@@ -109,8 +112,7 @@ class Lookup:
 
     def at(self, point: Any, active: Any) -> list[Any]:
         """Irradiance / pi per lamp and ambient at points of the board."""
-        d = point - self._centre
-        st = mi.Point2f(dr.dot(d, self._axes[0]), dr.dot(d, self._axes[1]))
+        st = self.coordinates(point)
         (fine, corner, extent, half), (coarse, corner_c, extent_c, half_c) = self._levels
         uv = (st - corner + half) / extent
         uv_c = (st - corner_c + half_c) / extent_c
@@ -184,9 +186,7 @@ def light_map(
     pilot, shadowed = _shadow_pilot(light, low, high, seed32(seed, "pilot"))
     grid = Grid.covering(low, high, step)
     points = grid.points()
-    column, row = np.clip(
-        np.rint(pilot.index(points)).astype(int).T, 0, [[pilot.columns - 1], [pilot.rows - 1]]
-    )
+    column, row = pilot.nearest(points)
     dark = shadowed[row, column]
     parts = [("open", ~dark, SAMPLES_OPEN), ("shadow", dark, SAMPLES_SHADOW)]
     tally.plan(sum(int(chosen.sum()) * samples for _, chosen, samples in parts))

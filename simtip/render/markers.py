@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose
+from simtip.lens import ThinLens
 from simtip.render.chunks import batches, means, stratified
 from simtip.render.engine import dr, mi
+from simtip.render.eye import Eye
 from simtip.render.progress import Tally
 from simtip.render.serial import RowCamera, whole_image
 from simtip.render.view import Floats
-from simtip.render.wavefront import Eye
 from simtip.seeding import seed32
 
 
@@ -26,6 +27,7 @@ def render(
     samples: int,
     seed: int,
     *,
+    lens: ThinLens | None,
     scalar: bool,
 ) -> Floats:
     """Render bright discs; see `simtip.render.render_discs`."""
@@ -35,7 +37,7 @@ def render(
         rows = RowCamera(camera, T_wc, whole_image(camera))
         direct = mi.load_dict({"type": "direct"})
         return rows.render(scene, direct, samples, seed, Tally(None))[..., 0]
-    return _render(scene, camera, T_wc, samples, seed)
+    return _render(scene, Eye(camera, T_wc, lens), camera, samples, seed)
 
 
 def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
@@ -53,20 +55,13 @@ def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
     return scene
 
 
-def _render(
-    scene: Any,
-    camera: Camera,
-    T_wc: Pose,
-    samples: int,
-    seed: int,
-) -> Floats:
-    eye = Eye(camera, T_wc)
+def _render(scene: Any, eye: Eye, camera: Camera, samples: int, seed: int) -> Floats:
     image = []
     for k, part in enumerate(
         batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples)
     ):
         sampler, index = stratified(len(part), samples, seed32(seed, k))
-        ray = eye.rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler.next_2d())
+        ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
         bright = dr.select(scene.ray_test(ray), mi.Float(1), 0)
         image.append(means([bright], samples))
     return np.concatenate(image).reshape(camera.height, camera.width)

@@ -15,39 +15,45 @@ from numpy.typing import NDArray
 from simtip.camera import Camera
 from simtip.footprint import footprint
 from simtip.geometry import Array, Pose
+from simtip.lens import ThinLens
 from simtip.render.backend import Backend
 from simtip.render.chunks import strata
+from simtip.render.eye import Eye
 from simtip.render.lightmap import (
     COARSE_STEP_MM,
     Illuminator,
     LightMap,
     Lookup,
+    Plane,
     light_map,
 )
 from simtip.render.progress import Tally
 from simtip.render.view import Progress, View
-from simtip.render.wavefront import Eye, first_hits, render_pixels
+from simtip.render.wavefront import FirstHits, first_hits, render_open, render_pixels
 from simtip.render.world import World, load_world
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 
-EDGE_MARGIN_PX = 2
+EDGE_MARGIN_PX = 2.0
+NEAREST_MM = 1.0
+"""Nothing nearer to a camera is drawn."""
+OPEN_SAMPLES = 4
+"""Per pixel of plain background through a lens: its light is smooth."""
 FINE_POINTS_MAX = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What one camera sees through its pixel centres."""
+    """One camera, and what it sees through its pixel centres."""
 
     name: str
     camera: Camera
-    T_wc: Pose
     eye: Eye
-    depth_mm: NDArray[np.float32]
-    board_st: Array
-    """(H, W, 2) board coordinates, mm."""
+    hits: FirstHits
     full: NDArray[np.bool_]
     """(H, W) pixels that need full transport; all others see only the background."""
+    open_samples: int
+    """Samples of those others."""
 
 
 def render_views(
@@ -57,34 +63,55 @@ def render_views(
     rig = spec.rig.rig()
     world = load_world(spec)
     looks = [
-        _look(spec, world, "left", rig.left, Pose.identity()),
-        _look(spec, world, "right", rig.right, rig.T_lr),
+        _look(spec, world, "left", rig.left, Pose.identity(), spec.rig.left.lens.thin_lens()),
+        _look(spec, world, "right", rig.right, rig.T_lr, spec.rig.right.lens.thin_lens()),
     ]
     samples = strata(spec.render.samples)
     tally = Tally(progress)
-    tally.plan(samples * sum(int(look.full.sum()) for look in looks))
+    for look in looks:
+        tally.plan(samples * int(look.full.sum()) + look.open_samples * int((~look.full).sum()))
     fine, coarse = _light_maps(spec, world, looks, seed, tally)
     lookup = Lookup(world.board, fine, coarse)
     left, right = (
-        _view(world, lookup, fine, look, samples, seed32(seed, look.name), tally, backend)
+        _view(world, lookup, look, samples, seed32(seed, look.name), tally, backend)
         for look in looks
     )
     return left, right
 
 
-def _look(spec: SceneSpec, world: World, name: str, camera: Camera, T_wc: Pose) -> _Look:
-    eye = Eye(camera, T_wc)
-    depth, board = first_hits(world, eye, camera.width * camera.height)
+def _look(
+    spec: SceneSpec, world: World, name: str, camera: Camera, T_wc: Pose, lens: ThinLens | None
+) -> _Look:
+    eye = Eye(camera, T_wc, lens)
+    hits = first_hits(world, Plane(world.board), eye, camera.width * camera.height)
     shape = (camera.height, camera.width)
-    u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-    rays = T_wc.rotate(camera.rays(np.stack([u, v], axis=-1)))
-    other = (~board.reshape(shape)).astype(np.uint8)
-    size = 2 * EDGE_MARGIN_PX + 1
-    full = cv2.dilate(other, np.ones((size, size), np.uint8)) > 0
-    T_cn = T_wc.inverse() @ spec.needle.pose()
-    full |= footprint(spec.needle.needle(), T_cn, camera, EDGE_MARGIN_PX)
-    board_st = world.board.meet(T_wc.t, rays)
-    return _Look(name, camera, T_wc, eye, depth.reshape(shape), board_st, full)
+    needle, T_cn = spec.needle.needle(), T_wc.inverse() @ spec.needle.pose()
+    vertices, _ = needle.surface()
+    margin = _margin(lens, camera, T_cn.apply(vertices)[:, 2])
+    if margin > max(shape) / 4:  # so much out of focus that it may reach anywhere
+        full = np.ones(shape, np.bool_)
+    else:
+        full = footprint(needle, T_cn, camera, margin)
+    full |= _dilated(~hits.background.reshape(shape) & ~full, EDGE_MARGIN_PX)
+    depth = hits.depth_mm[hits.background]
+    if not hits.background.all() and lens is not None and len(depth):
+        reach = _margin(lens, camera, np.array([depth.min(), depth.max()]))
+        full |= _dilated(~hits.background.reshape(shape) & ~full, reach)
+    return _Look(name, camera, eye, hits, full, OPEN_SAMPLES if lens is not None else 1)
+
+
+def _margin(lens: ThinLens | None, camera: Camera, depths_mm: Array) -> float:
+    """Give how far, px, the blur of surfaces between these depths may reach."""
+    if lens is None:
+        return EDGE_MARGIN_PX
+    focal = float(max(camera.K[0, 0], camera.K[1, 1]))
+    ends = np.maximum([depths_mm.min(), depths_mm.max()], NEAREST_MM)
+    return EDGE_MARGIN_PX + max(lens.blur_px(focal, float(z)) for z in ends) / 2
+
+
+def _dilated(mask: NDArray[np.bool_], margin: float) -> NDArray[np.bool_]:
+    size = 2 * int(np.ceil(margin)) + 1
+    return cv2.dilate(mask.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
 
 
 def _light_maps(
@@ -93,8 +120,8 @@ def _light_maps(
     """Map the part of the board in view finely and all of it coarsely, for mirror images."""
     light = Illuminator(world.scene, world.tubes, world.board)
     half = world.board.half
-    seen = [look.board_st[~look.full] for look in looks if not look.full.all()]
-    places = np.concatenate(seen) if seen else np.zeros((1, 2))
+    seen = [look.hits.board_st[look.hits.background] for look in looks]
+    places = np.concatenate(seen) if any(map(len, seen)) else np.zeros((1, 2))
     step = spec.render.light_step_mm
     low = np.maximum(places.min(axis=0) - 3 * step, -half)
     high = np.minimum(places.max(axis=0) + 3 * step, half)
@@ -108,16 +135,20 @@ def _light_maps(
 def _view(
     world: World,
     lookup: Lookup,
-    light: LightMap,
     look: _Look,
     samples: int,
     seed: int,
     tally: Tally,
     backend: Backend,
 ) -> View:
-    albedo = world.albedo.astype(np.float32)
-    response = np.moveaxis(light.at(look.board_st), -1, 0)[..., None] * albedo
-    coverage = np.zeros(look.full.shape, np.float32)
+    shape = look.full.shape
+    response = np.empty((len(world.tubes) + 1, *shape, 3), np.float32)
+    coverage = np.zeros(shape, np.float32)
+    others = np.flatnonzero(~look.full).astype(np.uint32)
+    light = render_open(
+        lookup, look.eye, others, look.open_samples, seed32(seed, "open"), tally.add
+    )
+    response[:, ~look.full] = light.T[..., None] * world.albedo.astype(np.float32)
     pixels = np.flatnonzero(look.full).astype(np.uint32)
     colour, covered = render_pixels(world, lookup, look.eye, pixels, samples, seed, tally.add)
     response[:, look.full] = np.moveaxis(colour, 1, 0)
@@ -126,6 +157,6 @@ def _view(
         lamps=(*(tube.name for tube in world.tubes), "ambient"),
         response=response,
         coverage=coverage,
-        depth_mm=look.depth_mm,
+        depth_mm=look.hits.depth_mm.reshape(shape),
         backend=backend.variant,
     )

@@ -123,6 +123,12 @@ def render_views(
     spec: SceneSpec, backend: Backend, seed: int, progress: Progress | None
 ) -> tuple[View, View]:
     """Render left and right; see `simtip.render.render_pair`."""
+    for camera_spec in (spec.rig.left, spec.rig.right):
+        if camera_spec.lens.distortion or camera_spec.lens.focus_mm is not None:
+            raise BackendError(
+                "the scalar back end renders pinholes only, without lens.distortion or "
+                "lens.focus_mm; `simtip doctor` says how to get another"
+            )
     rig = spec.rig.rig()
     tally = Tally(progress)
     jobs = [("left", rig.left, Pose.identity()), ("right", rig.right, rig.T_lr)]

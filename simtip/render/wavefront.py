@@ -6,49 +6,21 @@ the mean of its own samples: no splatting, and equal seeds give equal bits.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.camera import Camera
-from simtip.geometry import Pose
 from simtip.render.chunks import Report, batches, means, stratified
 from simtip.render.engine import dr, mi
-from simtip.render.lightmap import Lookup
+from simtip.render.eye import Eye
+from simtip.render.lightmap import Lookup, Plane
 from simtip.render.transport import radiance
 from simtip.render.world import World
 from simtip.seeding import seed32
 
 Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint32]
-
-
-class Eye:
-    """A camera in the renderer's own numbers, opaque so that kernels are shared by all cameras."""
-
-    def __init__(self, camera: Camera, T_wc: Pose) -> None:
-        K = camera.K
-        self.width = dr.opaque(mi.UInt32, camera.width)
-        self.fx, self.fy, self.cx, self.cy = (
-            dr.opaque(mi.Float, float(v)) for v in (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
-        )
-        self.axes = [
-            mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in column]) for column in T_wc.R.T
-        ]
-        self.origin = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in T_wc.t])
-
-    def rays(self, pixel: Any, offset: Any) -> Any:
-        """Rays through pixels (index v * width + u), `offset` in [0, 1)^2 across each square.
-
-        (0.5, 0.5) is the pixel's centre, which is where OpenCV's integer coordinates lie.
-        """
-        v = pixel // self.width
-        u = pixel - v * self.width
-        x = ((mi.Float(u) - self.cx) + (offset.x - 0.5)) / self.fx
-        y = ((mi.Float(v) - self.cy) + (offset.y - 0.5)) / self.fy
-        direction = x * self.axes[0] + y * self.axes[1] + self.axes[2]
-        return mi.Ray3f(self.origin, dr.normalize(direction))
 
 
 def render_pixels(
@@ -64,7 +36,7 @@ def render_pixels(
     lights, covers = [], []
     for k, part in enumerate(batches(pixels, samples)):
         sampler, index = stratified(len(part), samples, seed32(seed, k))
-        ray = eye.rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler.next_2d())
+        ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
         shares, needle = radiance(world, light, ray, sampler)
         flat = [channel for share in shares for channel in share]
         found = means([*flat, dr.select(needle, mi.Float(1), 0)], samples)
@@ -76,23 +48,49 @@ def render_pixels(
     return np.concatenate(lights), np.concatenate(covers)
 
 
-def first_hits(world: World, eye: Eye, pixels: int) -> tuple[Floats, NDArray[np.bool_]]:
-    """Look through pixel centres.
+def render_open(
+    light: Lookup, eye: Eye, pixels: Pixels, samples: int, seed: int, report: Report
+) -> Floats:
+    """Irradiance / pi of the background (n, lamps + 1) at pixels that show nothing else.
 
-    Returns
-    -------
-    tuple
-        (n,) camera z, mm, of the nearest surface, inf where there is none; (n,) whether that is
-        the background's lit side.
+    One sample is the pixel's centre seen through a pinhole.
     """
-    depths, boards = [], []
+    parts = [np.zeros((0, light.groups), np.float32)]
+    for k, part in enumerate(batches(pixels, samples)):
+        if samples == 1:
+            ray = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
+        else:
+            sampler, index = stratified(len(part), samples, seed32(seed, k))
+            ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
+        parts.append(means(light.at(light.meet(ray), mi.Mask(True)), samples))
+        report(len(part) * samples)
+    return np.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class FirstHits:
+    """What lies behind pixel centres, each (n,)."""
+
+    depth_mm: Floats
+    """Camera z of the nearest surface; inf where there is none."""
+    background: NDArray[np.bool_]
+    """Whether that is the background's lit side."""
+    board_st: Floats
+    """(n, 2) where the ray meets the background's plane, board coordinates, mm."""
+
+
+def first_hits(world: World, light_plane: Plane, eye: Eye, pixels: int) -> FirstHits:
+    """Look through pixel centres."""
+    depths, boards, places = [], [], []
     for part in batches(np.arange(pixels, dtype=np.uint32), 1):
-        ray = eye.rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
+        ray = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
         hit = world.scene.ray_intersect_preliminary(ray)
         z = dr.select(hit.is_valid(), hit.t * dr.dot(ray.d, eye.axes[2]), dr.inf)
         board = hit.is_valid() & (hit.shape == world.background)
         board &= dr.dot(ray.d, world.board_normal) < 0
-        dr.eval(z, board)
+        st = light_plane.coordinates(light_plane.meet(ray))
+        dr.eval(z, board, st)
         depths.append(z.numpy())
         boards.append(board.numpy())
-    return np.concatenate(depths), np.concatenate(boards)
+        places.append(np.stack([st.x.numpy(), st.y.numpy()], axis=-1))
+    return FirstHits(np.concatenate(depths), np.concatenate(boards), np.concatenate(places))

@@ -7,11 +7,57 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, FiniteFloat, field_validator, model_validator
 
-from simtip.camera import Camera, StereoRig
+from simtip.camera import Camera, StereoRig, folds
 from simtip.geometry import Pose, nearest_rotation
+from simtip.lens import ThinLens
 from simtip.spec.base import Matrix3, Part, Positive, Vector3
 
 MAX_PIXELS = 100_000_000
+
+RENDERED_DISTORTIONS = (0, 4, 5, 8)
+"""Numbers of coefficients: thin prism and tilt, which OpenCV adds, are not rendered."""
+
+
+class LensSpec(Part):
+    """The lens of one camera. Without a focus distance it is a pinhole, sharp everywhere."""
+
+    f_number: Annotated[
+        FiniteFloat, Field(ge=0.5, le=1000, description="Focal length over entrance pupil.")
+    ] = 1.4
+    focal_length_mm: Annotated[Positive, Field(description="Sets the pupil's size, mm.")] = 6.0
+    focus_mm: Annotated[
+        Positive | None, Field(description="Camera z of the plane in focus, mm; none is a pinhole.")
+    ] = None
+    distortion: Annotated[
+        tuple[FiniteFloat, ...],
+        Field(
+            description=(
+                "Brown-Conrady in OpenCV's order: k1 k2 p1 p2 [k3 [k4 k5 k6]]; empty is none."
+            )
+        ),
+    ] = ()
+
+    @field_validator("distortion")
+    @classmethod
+    def _has_a_length(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if len(value) not in RENDERED_DISTORTIONS:
+            raise ValueError(f"takes {RENDERED_DISTORTIONS} coefficients, not {len(value)}")
+        return value
+
+    @model_validator(mode="after")
+    def _focuses(self) -> LensSpec:
+        if self.focus_mm is not None and self.focus_mm <= self.focal_length_mm:
+            raise ValueError(
+                f"focus_mm = {self.focus_mm:g} lies inside the focal length of "
+                f"{self.focal_length_mm:g} mm: no image forms"
+            )
+        return self
+
+    def thin_lens(self) -> ThinLens | None:
+        """Give the finite aperture, or None for a pinhole."""
+        if self.focus_mm is None:
+            return None
+        return ThinLens(self.focal_length_mm / self.f_number, self.focus_mm)
 
 
 class CameraSpec(Part):
@@ -32,6 +78,7 @@ class CameraSpec(Part):
             )
         ),
     ] = None
+    lens: Annotated[LensSpec, Field(description="Distortion and depth of field.")] = LensSpec()
 
     @model_validator(mode="after")
     def _roi_inside(self) -> CameraSpec:
@@ -41,16 +88,21 @@ class CameraSpec(Part):
                 raise ValueError(
                     f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor"
                 )
+        if folds(self.camera(whole=True)):
+            raise ValueError(
+                f"lens.distortion {list(self.lens.distortion)} folds inside the image: the model "
+                "is not valid out to its corners"
+            )
         width, height = self.roi[2:] if self.roi else (self.width, self.height)
         if width * height > MAX_PIXELS:
             raise ValueError(f"{width}x{height} px is too large: {MAX_PIXELS} pixels is the limit")
         return self
 
-    def camera(self) -> Camera:
-        """Build the camera, cropped to its region of interest."""
+    def camera(self, *, whole: bool = False) -> Camera:
+        """Build the camera, cropped to its region of interest unless the whole is asked for."""
         K = np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
-        camera = Camera(K, self.width, self.height)
-        return camera if self.roi is None else camera.cropped(*self.roi)
+        camera = Camera(K, self.width, self.height, self.lens.distortion)
+        return camera if whole or self.roi is None else camera.cropped(*self.roi)
 
 
 class RigSpec(Part):

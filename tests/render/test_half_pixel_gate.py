@@ -42,14 +42,34 @@ def centroids(image: np.ndarray, near: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+def projected_centroids(camera: Camera, points_c: np.ndarray, radius: float) -> np.ndarray:
+    """Centroids of the discs' images: of a bent disc not quite the image of its centre."""
+    phi = np.linspace(0, 2 * np.pi, 256, endpoint=False)
+    rim = radius * np.column_stack([np.cos(phi), np.sin(phi), np.zeros_like(phi)])
+    x, y = np.moveaxis(camera.project(points_c[:, None] + rim), -1, 0)
+    x1, y1 = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    cross = x * y1 - x1 * y
+    moments = [((x + x1) * cross).sum(axis=1), ((y + y1) * cross).sum(axis=1)]
+    return np.column_stack(moments) / (3 * cross.sum(axis=1))[:, None]
+
+
 def errors(camera: Camera, T_wc: Pose, backend: str, samples: int = 256) -> np.ndarray:
     pixels, points, radius = discs(camera, T_wc)
     assert len(pixels) > 0
     image = render_discs(
         camera, T_wc, points, radius, samples=samples, seed=1, backend=choose(backend)
     )
-    assert np.allclose(camera.project(T_wc.inverse().apply(points)), pixels)
-    return centroids(image, pixels) - pixels
+    expected = projected_centroids(camera, T_wc.inverse().apply(points), radius)
+    np.testing.assert_allclose(expected, pixels, atol=0.01)
+    return centroids(image, pixels) - expected
+
+
+BROWN = (-0.12, 0.05, 8e-4, -6e-4, 0.01)
+RATIONAL = (0.3, -0.1, 5e-4, 9e-4, 0.02, 0.42, -0.05, 0.01)
+
+
+def distorted(camera: Camera, coefficients: tuple[float, ...]) -> Camera:
+    return Camera(camera.K, camera.width, camera.height, coefficients)
 
 
 def both(rig: StereoRig) -> dict[str, tuple[Camera, Pose]]:
@@ -72,6 +92,24 @@ CROPS = [(0, 0, 360, 300), (1700, 1150, 348, 286), (811, 873, 331, 267)]
 def test_points_land_where_the_model_says_in_a_crop(paper_rig, side, crop):
     camera, pose = both(paper_rig)[side]
     check(errors(camera.cropped(*crop), pose, "auto"))
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("coefficients", [BROWN, RATIONAL], ids=["brown", "rational"])
+def test_points_land_where_opencv_says_through_a_distorting_lens(paper_rig, side, coefficients):
+    camera, pose = both(paper_rig)[side]
+    corner = distorted(camera, coefficients).cropped(1700, 1150, 348, 286)
+    moved = np.linalg.norm(corner.undistort([300.0, 250.0]) - [300.0, 250.0])
+    assert moved > 5
+    check(errors(corner, pose, "auto"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("coefficients", [BROWN, RATIONAL], ids=["brown", "rational"])
+def test_distortion_is_right_to_the_corners_of_the_frame(paper_rig, side, coefficients):
+    camera, pose = both(paper_rig)[side]
+    check(errors(distorted(camera, coefficients), pose, "auto"))
 
 
 @pytest.mark.slow
