@@ -39,6 +39,11 @@ ROWS: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("ratio to six fills with normal numbers", "ratio_to_normal_fills.bright", "{:.2f}"),
         ("the same for a dark image", "ratio_to_normal_fills.dark", "{:.2f}"),
     ),
+    "psf": (
+        ("one image, diffraction and aberration, f/1.4", "blur_s.both", "{:.3f} s"),
+        ("the same, diffraction alone", "blur_s.diffraction", "{:.3f} s"),
+        ("time / OpenCV's Gaussian alone", "ratio_to_opencv_gaussian", "{:.1f}"),
+    ),
     "detect": (
         ("one image, one thread", "detect_s", "{:.3f} s"),
         ("ratio to bare OpenCV", "ratio_to_bare_opencv", "{:.1f}"),

@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 
 from simtip.geometry import Array, Pose, skew
 
+ROUND_TRIP_PX = 1e-3
+"""How far a pixel may be from the projection of its own ray."""
+
 DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)
 
 
@@ -91,7 +94,10 @@ class Camera:
         return pixels.reshape(*p.shape[:-1], 2)
 
     def normalise(self, pixels: ArrayLike) -> Array:
-        """Undo intrinsics and distortion: pixels (..., 2) to (x/z, y/z) (..., 2)."""
+        """Undo intrinsics and distortion: pixels (..., 2) to (x/z, y/z) (..., 2).
+
+        NaN where the distortion model has no ray for the pixel, or none was found.
+        """
         uv = np.asarray(pixels, dtype=np.float64)
         flat = uv.reshape(-1, 2)
         if self.distortion and len(flat):
@@ -102,6 +108,9 @@ class Camera:
                 np.asarray(self.distortion),
                 criteria=criteria,
             ).reshape(-1, 2)
+            # OpenCV says nothing when its iteration fails.
+            back = self.project(np.column_stack([xy, np.ones(len(xy))]))
+            xy[~(np.abs(back - flat).max(axis=1) <= ROUND_TRIP_PX)] = np.nan
         else:
             xy = (flat - self.K[:2, 2]) / [self.K[0, 0], self.K[1, 1]]
         return np.asarray(xy, dtype=np.float64).reshape(uv.shape)

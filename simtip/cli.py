@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -255,6 +255,38 @@ def rig(
         raise InputError("exists", file=out, remedy="name another file or remove this one")
     else:
         write_rig(out, cameras)
+
+
+@app.command()
+def camera(
+    scene: SceneArgument,
+    side: Annotated[
+        Literal["left", "right"], typer.Option("--side", help="Which of the two cameras.")
+    ] = "left",
+    seed: SeedOption = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Write the photon-transfer plot, PNG or SVG."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure a scene's own camera by EMVA 1288: configured against recovered."""
+    from simtip.bench_camera import measure_scene_camera
+    from simtip.console import show_camera
+    from simtip.output_folder import check_new_file, write_atomically
+    from simtip.report.photon_transfer import plot_photon_transfer
+
+    source = read_scene(scene)
+    if plot is not None:
+        check_new_file(plot, endings=(".png", ".svg"))
+    with located(source):
+        result = measure_scene_camera(source.spec, side, seed=seed)
+    if plot is not None:
+        write_atomically(plot, plot_photon_transfer(result.recovered, plot.suffix[1:].lower()))
+    if as_json:
+        _print_json(result.to_dict())
+        return
+    show_camera(result.to_dict())
 
 
 @app.command()

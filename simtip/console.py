@@ -122,6 +122,23 @@ def _pair(pixel: list[float] | None) -> str:
     return "-" if pixel is None else f"{pixel[0]:.2f}, {pixel[1]:.2f}"
 
 
+def show_camera(result: dict[str, Any]) -> None:
+    """Print what a camera was configured to and what was recovered from its frames."""
+    console = Console()
+    table = Table(title="EMVA 1288, green channel")
+    for heading in ("parameter", "configured", "recovered", "99 % interval"):
+        table.add_column(heading, justify="left" if heading == "parameter" else "right")
+    for name, value in result["configured"].items():
+        found, interval = result["recovered"][name], result["ci99"][name]
+        ends = "-" if interval is None else " .. ".join(f"{end:.5g}" for end in interval)
+        table.add_row(name, f"{value:.5g}", "-" if found is None else f"{found:.5g}", ends)
+    console.print(table)
+    for name, reason in result["reasons"].items():
+        console.print(f"{name}: {reason}", markup=False, highlight=False)
+    for note in result["notes"]:
+        console.print(f"note: {note}", markup=False, highlight=False)
+
+
 def show_diagnosis(diagnosis: Diagnosis, versions: dict[str, Any]) -> None:
     """Print what was found, what is used and why, and how to mend what is missing."""
     console = Console()

@@ -33,6 +33,7 @@ class MatchStatus(StrEnum):
     OK = "ok"
     OFF_EPIPOLAR_LINE = "off_epipolar_line"
     AT_EPIPOLE = "at_epipole"
+    OUTSIDE_LENS_MODEL = "outside_lens_model"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +95,17 @@ def match_tips(
     left, right = _point(tip_left_px), _point(tip_right_px)
     line_left = epipolar_line_left(right, rig)
     line_right = epipolar_line_right(left, rig)
+    undistorted = rig.left.undistort(left), rig.right.undistort(right)
+    if not np.isfinite(undistorted).all():
+        reason = "the rig's distortion has no ray for a tip: it is not valid there"
+        return StereoMatch(
+            MatchStatus.OUTSIDE_LENS_MODEL, reason, line_left, line_right, None, None, None
+        )
     if np.isnan([line_left, line_right]).any():
         reason = "a tip lies on the line through both cameras, so it has no epipolar line"
         return StereoMatch(MatchStatus.AT_EPIPOLE, reason, line_left, line_right, None, None, None)
-    d_left = float(distance_to_line(rig.left.undistort(left), line_left))
-    d_right = float(distance_to_line(rig.right.undistort(right), line_right))
+    d_left = float(distance_to_line(undistorted[0], line_left))
+    d_right = float(distance_to_line(undistorted[1], line_right))
     distance = (d_left + d_right) / 2
     status, reason = MatchStatus.OK, ""
     if not distance <= max_distance_px:

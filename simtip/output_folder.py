@@ -72,7 +72,7 @@ class OutputFolder:
                 file=self.path,
                 remedy="name another output folder or empty this one",
             )
-        if target.is_mount() or target == Path(os.path.realpath(".")):
+        if os.path.ismount(target) or target == Path(os.path.realpath(".")):
             raise InputError(
                 "is the working folder or a mount point, which cannot be replaced",
                 file=self.path,
@@ -174,6 +174,25 @@ def write_atomically(path: str | Path, data: bytes) -> None:
     except BaseException:
         _discard(temporary)
         raise
+
+
+def check_new_file(path: Path, endings: tuple[str, ...]) -> None:
+    """Refuse early a file that exists, has another ending or has no folder.
+
+    Raises
+    ------
+    InputError
+        It does.
+    """
+    if path.suffix.lower() not in endings:
+        known = " or ".join(endings)
+        raise InputError(
+            f"ends in {path.suffix!r}", file=path, remedy=f"name a file that ends in {known}"
+        )
+    if path.exists():
+        raise InputError("exists", file=path, remedy="name another file or remove this one")
+    if not path.parent.is_dir():
+        raise InputError("its folder does not exist", file=path, remedy="make the folder first")
 
 
 def _check_file(target: Path) -> None:

@@ -57,7 +57,12 @@ def environment() -> dict[str, Any]:
 
 def backend_facts(backend: Backend) -> dict[str, Any]:
     """Say what rendered and why it was chosen."""
-    return {"name": backend.name, "variant": backend.variant, "reason": backend.reason}
+    return {
+        "name": backend.name,
+        "variant": backend.variant,
+        "reason": backend.reason,
+        "libllvm": backend.libllvm,
+    }
 
 
 @contextmanager
@@ -112,6 +117,7 @@ def write_trial(folder: Path, trial: Trial) -> None:
     simulation, measurement = trial.simulation, trial.measurement
     truth, match = simulation.truth, measurement.match
     lines = (None, None) if match is None else (match.line_left, match.line_right)
+    white_dn = 2**simulation.spec.sensor.bit_depth - 1
     pictures = []
     for side, image, view, seen, line in zip(
         ("left", "right"),
@@ -129,6 +135,7 @@ def write_trial(folder: Path, trial: Trial) -> None:
             epipolar_line=line,
             axis_px=view.axis_px,
             reason=seen.reason or None,
+            white_dn=white_dn,
         )
         write_png(folder / f"{side}_overlay.png", picture)
         pictures.append(picture)
@@ -148,6 +155,7 @@ def write_manifest(folder: Path, simulation: Simulation, timings_s: dict[str, fl
             **environment(),
             "backend": backend_facts(simulation.backend),
             "seed": simulation.seed,
+            "exposure_s": simulation.spec.sensor.exposure_s,
             "timings_s": timings_s,
             "sha256": files,
         },

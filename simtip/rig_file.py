@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Size: TypeAlias = tuple[int, int]
 
-MIN_BASELINE_MM = 1e-6
+MIN_BASELINE_MM = 1.0
 """Below this the two cameras are one."""
 
 
@@ -180,9 +180,12 @@ def _rotation(document: Document) -> Array:
 
 def _translation(document: Document) -> Array:
     path, T = read_matrix(document, "T", (3, 1), (1, 3), (3,))
-    if np.linalg.norm(T) < MIN_BASELINE_MM:
+    baseline = float(np.linalg.norm(T))
+    if baseline < MIN_BASELINE_MM:
         raise document.error(
-            "is zero: the two cameras coincide", path, remedy="give the T of cv2.stereoCalibrate"
+            f"makes a baseline of {baseline:.3g} mm",
+            path,
+            remedy="give the T of cv2.stereoCalibrate in mm: multiply metres by 1000",
         )
     return T.ravel()
 

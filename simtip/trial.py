@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from simtip.detect import ConfiguredDetector, configure
+from simtip.detect import ConfiguredDetector, configure, parameters_of
 from simtip.measure import Measurement, measure_pair
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, score_tip
@@ -66,13 +66,19 @@ def _pixel(error: PixelError | None) -> dict[str, float | None] | None:
 def detector_of(spec: SceneSpec) -> ConfiguredDetector:
     """Configure the detector that the scene names.
 
+    Above 8 bit, a detector that wants to know what is white is told the sensor's top code.
+
     Raises
     ------
     InputError
         There is no such detector or parameter, or a value does not fit; `field` begins with
         ``detect``.
     """
-    return configure(spec.detect.name, spec.detect.parameters())
+    values = spec.detect.parameters()
+    declared = {parameter.name for parameter in parameters_of(spec.detect.name)}
+    if spec.sensor.bit_depth > 8 and "full_scale" in declared:
+        values.setdefault("full_scale", 2**spec.sensor.bit_depth - 1)
+    return configure(spec.detect.name, values)
 
 
 def run_trial(
@@ -81,13 +87,15 @@ def run_trial(
     seed: int | None = None,
     backend: Backend | None = None,
     progress: Progress | None = None,
+    detector: ConfiguredDetector | None = None,
 ) -> Trial:
     """Simulate a scene, measure the tip on its images, score it against the truth.
 
-    Parameters and errors as in `simtip.simulation.simulate` and `detector_of`; a tip that is not
-    found is no error but a result with its reason.
+    `detector` is any callable from an image to a `TipObservation`, in place of the scene's own. The
+    other parameters and errors are those of `simtip.simulation.simulate` and `detector_of`. A tip
+    that is not found is no error but a result with its reason.
     """
-    detector = detector_of(spec)
+    detector = detector or detector_of(spec)
     simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
     truth = simulation.truth
     measurement = measure_pair(

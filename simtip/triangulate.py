@@ -133,8 +133,7 @@ def triangulate(
         unknown.
     """
     pair = np.stack([_tip(tip_left_px), _tip(tip_right_px)])
-    if method not in METHODS:
-        raise ValueError(f"the method is one of {', '.join(METHODS)}, not {method!r}")
+    _require_method(method)
     d1, d2 = _directions(pair[0], pair[1], rig)
     failure = _degenerate(d1, d2, rig.T_lr.t)
     if failure:
@@ -158,6 +157,11 @@ def triangulate(
     )
 
 
+def _require_method(method: str) -> None:
+    if method not in METHODS:
+        raise ValueError(f"the method is one of {', '.join(METHODS)}, not {method!r}")
+
+
 def triangulate_points(
     left_px: ArrayLike, right_px: ArrayLike, rig: StereoRig, method: Method = "svd"
 ) -> Array:
@@ -178,6 +182,7 @@ def triangulate_points(
         (..., 3) mm, rig frame. Meaningless or not finite where rays are parallel or lie on the
         baseline; behind the cameras where rays diverge. `triangulate` tells these apart.
     """
+    _require_method(method)
     left, right = np.asarray(left_px, dtype=np.float64), np.asarray(right_px, dtype=np.float64)
     d1, d2 = _directions(left, right, rig)
     if method == "svd":

@@ -34,8 +34,8 @@ VARIANTS: dict[Name, str] = {
     "scalar": "scalar_rgb",
 }
 PROBE_TIMEOUT_S = 120
-STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM, 9)
-"""Signals that say nothing of a library; 9 is SIGKILL, as from a machine out of memory."""
+ITS_OWN_FAULT = {signal.SIGABRT, signal.SIGILL, signal.SIGSEGV}
+"""How a bad library ends its process. Other ends may lie with the machine and be mended."""
 CHOICE_VARIABLE = "SIMTIP_BACKEND"
 LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
 
@@ -63,7 +63,7 @@ class Verdict:
     ok, detail
         The answer and its reason.
     lasting
-        Would be the same tomorrow; a trial that was stopped from outside says nothing of that.
+        Would be the same tomorrow.
     """
 
     ok: bool
@@ -96,7 +96,7 @@ def _probe(variant: str, environment: dict[str, str]) -> Verdict:
     return Verdict(
         ok=False,
         detail=f"the trial process died ({how}) {telling[:160]}".strip(),
-        lasting=-done.returncode not in STOPPED_FROM_OUTSIDE,
+        lasting=-done.returncode in ITS_OWN_FAULT,
     )
 
 
@@ -257,7 +257,7 @@ def choose(wanted: str | None = None) -> Backend:
         return Backend(
             "scalar",
             "Dr.Jit was imported before simtip, with an LLVM library that does not work; import "
-            f"simtip.render first, or set {LIBRARY_VARIABLE}",
+            f"simtip.render.engine first, or set {LIBRARY_VARIABLE}",
         )
     return Backend("scalar", "no GPU and no LLVM library that works")
 
@@ -268,12 +268,19 @@ def activated(backend: Backend) -> Iterator[None]:
     from simtip.render.engine import mi
 
     loaded = resident()
-    if backend.libllvm is not None and loaded is not None and loaded.path != backend.libllvm:
+    if backend.libllvm and loaded is not None and loaded.path not in ("", backend.libllvm):
         raise BackendError(
-            f"Dr.Jit has loaded {loaded.path}, not {backend.libllvm}; import simtip.render first"
+            f"Dr.Jit has loaded {loaded.path}, not {backend.libllvm}; import simtip.render.engine"
+            " first"
         )
     before = mi.variant()
-    mi.set_variant(backend.variant)
+    try:
+        mi.set_variant(backend.variant)
+    except ImportError as error:
+        raise BackendError(
+            f"{backend.variant} cannot be started ({' '.join(str(error).split())[:200]}); "
+            "see `simtip doctor`"
+        ) from error
     level = mi.log_level()
     mi.set_log_level(mi.LogLevel.Error)
     try:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 WHEEL = "karellen-llvm-core"
-TESTED_MAJORS = range(19, 24)
-"""LLVM versions from the wheel that rendered the whole test suite rightly with Dr.Jit 1.5."""
+TESTED_MAJORS = frozenset({19, 20, 21, 23})
+"""LLVM versions of the wheel that rendered rightly with Dr.Jit 1.5; others are tried first."""
 
 _SYSTEM_PATTERNS = {
     "linux": (
@@ -71,7 +71,8 @@ def _from_environment() -> Candidate | None:
     path = os.environ.get("DRJIT_LIBLLVM_PATH")
     if not path:
         return None
-    return Candidate(path, "DRJIT_LIBLLVM_PATH", _version_in_name(Path(path)))
+    real = str(Path(path).resolve())  # which is how a loaded library calls itself
+    return Candidate(real, "DRJIT_LIBLLVM_PATH", _version_in_name(Path(real)))
 
 
 def _from_system() -> list[Candidate]:

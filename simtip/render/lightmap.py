@@ -27,8 +27,12 @@ Floats = NDArray[np.float32]
 
 COARSE_STEP_MM = 10.0
 PILOT_STEP_MM = 4.0
+PILOT_POINTS_MAX = 50_000
 SHADOW_MARGIN_MM = 6.0
 SAMPLES_PILOT = 64
+ROOM_STEP_MM = 2.0
+ROOM_POINTS_MAX = 50_000
+SAMPLES_ROOM = 576
 SAMPLES_OPEN = 16
 SAMPLES_SHADOW = 256
 
@@ -132,26 +136,41 @@ class Illuminator:
         self.groups = len(tubes) + 1
         self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
-    def _shares(self, point: Any, sampler: Any) -> tuple[list[Any], Any]:
+    def _shares(
+        self, point: Any, sampler: Any, *, lamps: bool, room: bool
+    ) -> tuple[list[Any], Any]:
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.p, si.n, si.t = point, self._normal, mi.Float(1)
-        shares, blocked = [], dr.zeros(mi.Mask, dr.width(point))
-        for tube in self._tubes:
+        dark = dr.zeros(mi.Float, dr.width(point))
+        shares, blocked = [] if lamps else [dark] * len(self._tubes), dark > 0
+        for tube in self._tubes if lamps else ():
             sample = tube.sample(point, sampler.next_2d())
             cosine = dr.dot(self._normal, sample.direction)
             lit = (cosine > 0) & (sample.weight > 0)
             shadow = lit & self._scene.ray_test(si.spawn_ray_to(sample.point), lit)
             blocked |= shadow
             shares.append(dr.select(lit & ~shadow, cosine * sample.weight * dr.inv_pi, 0))
+        if not room:
+            return [*shares, dark], blocked
         towards = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
         ray = si.spawn_ray(mi.Frame3f(self._normal).to_world(towards))
         shares.append(dr.select(self._scene.ray_test(ray), mi.Float(0), 1))
         return shares, blocked
 
     def trace(
-        self, st: Array, samples: int, seed: int, tally: Tally
+        self,
+        st: Array,
+        samples: int,
+        seed: int,
+        tally: Tally,
+        *,
+        lamps: bool = True,
+        room: bool = True,
     ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Estimate irradiance / pi at board points (n, 2): (n, lamps + 1); and who met shadows."""
+        """Estimate irradiance / pi at board points (n, 2).
+
+        Gives (n, lamps + 1), 0 for what is left out; and (n,) whether a lamp met a shadow.
+        """
         world = self._board.centre + st @ np.stack([self._board.x, self._board.y])
         values = [np.zeros((0, self.groups), np.float32)]
         shadows = [np.zeros(0, np.bool_)]
@@ -160,7 +179,7 @@ class Illuminator:
             point = mi.Point3f(
                 [dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)]
             )
-            shares, blocked = self._shares(point, sampler)
+            shares, blocked = self._shares(point, sampler, lamps=lamps, room=room)
             found = means([*shares, dr.select(blocked, mi.Float(1), 0)], samples)
             values.append(found[:, :-1])
             shadows.append(found[:, -1] > 0)
@@ -168,15 +187,40 @@ class Illuminator:
         return np.concatenate(values), np.concatenate(shadows)
 
 
+def limited_step(low: Array, high: Array, step: float, points: int) -> float:
+    """Widen a step so that a box takes no more than about so many points."""
+    return max(step, float(np.sqrt(np.prod(high - low) / points)))
+
+
 def _shadow_pilot(
     light: Illuminator, low: Array, high: Array, seed: int
 ) -> tuple[Grid, NDArray[np.bool_]]:
     """Find roughly where the needle's shadows fall; only the effort depends on it, no value."""
-    grid = Grid.covering(low, high, PILOT_STEP_MM)
-    _, met = light.trace(grid.points(), SAMPLES_PILOT, seed, Tally(None))
-    reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / PILOT_STEP_MM)) + 1
+    grid = Grid.covering(low, high, limited_step(low, high, PILOT_STEP_MM, PILOT_POINTS_MAX))
+    _, met = light.trace(grid.points(), SAMPLES_PILOT, seed, Tally(None), room=False)
+    reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / grid.step)) + 1
     mask = met.reshape(grid.rows, grid.columns).astype(np.uint8)
     return grid, cv2.dilate(mask, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _room_light(
+    light: Illuminator, grid: Grid, low: Array, high: Array, seed: int, tally: Tally
+) -> Floats:
+    """Give the room's light at the points of a grid (rows, columns).
+
+    What the needle hides of the room changes over as many millimetres as the needle is off the
+    board, so that a wider grid serves, with more samples: few of them are hidden.
+    """
+    step = max(grid.step, limited_step(low, high, ROOM_STEP_MM, ROOM_POINTS_MAX))
+    wide = Grid.covering(low, high, step)
+    points = wide.points()
+    tally.plan(len(points) * SAMPLES_ROOM)
+    found, _ = light.trace(points, SAMPLES_ROOM, seed, tally, lamps=False)
+    where = ((grid.points() - wide.corner) / wide.step).astype(np.float32)
+    u, v = where.reshape(grid.rows, grid.columns, 2).transpose(2, 0, 1)
+    values = np.ascontiguousarray(found[:, -1].reshape(wide.rows, wide.columns))
+    room = cv2.remap(values, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(room, np.float32)
 
 
 def light_map(
@@ -192,5 +236,9 @@ def light_map(
     tally.plan(sum(int(chosen.sum()) * samples for _, chosen, samples in parts))
     values = np.zeros((len(points), light.groups), np.float32)
     for name, chosen, samples in parts:
-        values[chosen], _ = light.trace(points[chosen], samples, seed32(seed, name), tally)
-    return LightMap(grid, values.reshape(grid.rows, grid.columns, -1))
+        values[chosen], _ = light.trace(
+            points[chosen], samples, seed32(seed, name), tally, room=False
+        )
+    layers: Floats = values.reshape(grid.rows, grid.columns, -1)
+    layers[..., -1] = _room_light(light, grid, low, high, seed32(seed, "room"), tally)
+    return LightMap(grid, layers)

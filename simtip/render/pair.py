@@ -1,7 +1,8 @@
 """Both views of a scene on a vectorised back end.
 
-Pixels that show only the background's smooth light read it from the light map; all that the needle,
-a lamp or the background's edge may touch are integrated sample by sample.
+Pixels that show only the background's smooth light read it from the light map; all that the needle
+may touch, and all near a lamp or the background's edge, are integrated sample by sample. A lamp
+thinner than a pixel may be missed.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from simtip.render.lightmap import (
     Lookup,
     Plane,
     light_map,
+    limited_step,
 )
 from simtip.render.progress import Tally
 from simtip.render.view import Progress, View
@@ -40,6 +42,7 @@ NEAREST_MM = 1.0
 OPEN_SAMPLES = 4
 """Per pixel of plain background through a lens: its light is smooth."""
 FINE_POINTS_MAX = 2_000_000
+COARSE_POINTS_MAX = 50_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +128,10 @@ def _light_maps(
     step = spec.render.light_step_mm
     low = np.maximum(places.min(axis=0) - 3 * step, -half)
     high = np.minimum(places.max(axis=0) + 3 * step, half)
-    step = max(step, float(np.sqrt(np.prod(high - low) / FINE_POINTS_MAX)))
+    step = limited_step(low, high, step, FINE_POINTS_MAX)
     fine = light_map(light, low, high, step, seed32(seed, "light", "fine"), tally)
     coarse_step = min(COARSE_STEP_MM, float(2 * half.min()) / 4)
+    coarse_step = limited_step(-half, half, coarse_step, COARSE_POINTS_MAX)
     coarse = light_map(light, -half, half, coarse_step, seed32(seed, "light", "coarse"), tally)
     return fine, coarse
 

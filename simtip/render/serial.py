@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +37,7 @@ Floats = NDArray[np.float32]
 
 SAMPLES_OPEN = 16
 MARGIN_PX = 2
+SMOOTH_PX = 3
 FAR_MM = 1e5
 BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
 
@@ -113,10 +115,11 @@ class RowCamera:
             tally.add(samples * rows.width)
         return image
 
-    def paste(self, part: Floats, into: Floats) -> None:
-        """Add rendered rows (rows, width, ...) to an image (H, W, ...)."""
+    def paste(self, part: Floats, into: Floats, *, over: bool = False) -> None:
+        """Add rendered rows (rows, width, ...) to an image (H, W, ...), or put them over it."""
         for k, start in enumerate(self._rows.starts):
-            into[self._rows.top + k, start : start + self._rows.width] += part[k]
+            place = into[self._rows.top + k, start : start + self._rows.width]
+            place[...] = part[k] if over else place + part[k]
 
 
 def render_views(
@@ -140,7 +143,7 @@ def render_views(
     samples = strata(spec.render.samples)
     for mask in masks:
         tally.plan(groups * mask.size * SAMPLES_OPEN)
-        tally.plan((groups + 1) * _around(mask).pixels * samples)
+        tally.plan((2 * groups + 1) * _around(mask).pixels * samples)
     left, right = (
         _render_view(spec, camera, T_wc, mask, samples, seed32(seed, name), tally, backend)
         for (name, camera, T_wc), mask in zip(jobs, masks, strict=True)
@@ -173,6 +176,8 @@ def _render_view(
 ) -> View:
     height, width = mask.shape
     whole = RowCamera(camera, T_wc, whole_image(camera))
+    around = RowCamera(camera, T_wc, _around(mask))
+    smooth = _only_background(spec, camera, T_wc) & ~mask
     close = RowCamera(camera, T_wc, _clipped(_around(mask), spec, camera, T_wc))
     direct = mi.load_dict({"type": "direct"})
     path = mi.load_dict({"type": "path", "max_depth": 3, "rr_depth": 99, "hide_emitters": True})
@@ -180,7 +185,10 @@ def _render_view(
     response = np.empty((len(lamps), height, width, 3), np.float32)
     for k, lamp in enumerate(lamps):
         scene = mi.load_dict(stock_scene(spec, lit=lamp, metal=BLACK), parallel=False)
-        response[k] = whole.render(scene, direct, SAMPLES_OPEN, seed32(seed, lamp, "open"), tally)
+        open_light = whole.render(scene, direct, SAMPLES_OPEN, seed32(seed, lamp, "open"), tally)
+        response[k] = np.where(smooth[..., None], _smoothed(open_light, smooth), open_light)
+        behind = around.render(scene, direct, samples, seed32(seed, lamp, "behind"), tally)
+        around.paste(behind, response[k], over=True)
         scene = mi.load_dict(stock_scene(spec, lit=lamp), parallel=False)
         needle = close.render(scene, path, samples, seed32(seed, lamp, "needle"), tally)
         close.paste(needle, response[k])
@@ -195,6 +203,29 @@ def _render_view(
         depth_mm=_depth(spec, glowing, camera, T_wc, mask),
         backend=backend.variant,
     )
+
+
+def _only_background(spec: SceneSpec, camera: Camera, T_wc: Pose) -> NDArray[np.bool_]:
+    """Mark pixels (H, W) whose surroundings, too, lie on the background."""
+    v, u = np.mgrid[: camera.height, : camera.width]
+    rays: Array = T_wc.rotate(camera.rays(np.stack([u, v], axis=-1)))
+    board = Board.of(spec.background)
+    with np.errstate(invalid="ignore"):
+        on_it = (np.abs(board.meet(T_wc.t, rays)) < board.half).all(axis=-1)
+    size = 2 * SMOOTH_PX + 1
+    inner = cv2.erode(np.asarray(on_it, np.uint8), np.ones((size, size), np.uint8))
+    return np.asarray(inner > 0)
+
+
+def _smoothed(light: Floats, where: NDArray[np.bool_]) -> Floats:
+    """Average over neighbours that count: the background's light changes slowly.
+
+    Over about as many pixels as the step of the vectorised renderer's light map.
+    """
+    size = (2 * SMOOTH_PX + 1,) * 2
+    weight = cv2.blur(where.astype(np.float32), size)
+    total = cv2.blur(light * where[..., None].astype(np.float32), size)
+    return np.asarray(total / np.maximum(weight, 1e-6)[..., None], np.float32)
 
 
 def _clipped(rows: Rows, spec: SceneSpec, camera: Camera, T_wc: Pose) -> Rows:

@@ -1,7 +1,8 @@
 """Light transport of this scene: what one camera ray brings back, per lamp.
 
 A path is camera - [needle -] background - lamp, camera - needle - lamp, or camera - lamp. Each lamp
-is sampled on its own, so that its noise does not depend on the others; the background's light comes
+is sampled on its own, so that its noise does not grow with their number (on the needle they share
+the mirrored ray, and their noise is correlated); the background's light comes
 from `simtip.render.lightmap`. Left out: light that reaches the background by way of the needle
 (caustics, under 0.4 % of the background close to the needle), and light from the background by way
 of the room (`ambient` stands for the room).

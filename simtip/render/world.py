@@ -133,7 +133,10 @@ def _instanced_needle(spec: SceneSpec, metal: Any) -> dict[str, Any]:
 
 
 def _surroundings(spec: SceneSpec, lit: str | None = None) -> dict[str, Any]:
-    scene: dict[str, Any] = {"type": "scene", "background": _board(spec.background)}
+    scene: dict[str, Any] = {
+        "type": "scene",
+        "background": _board(spec.background),
+    }
     for lamp in spec.lamps:
         scene[f"lamp_{lamp.name}"] = _tube(lamp, lit=lamp.name == lit)
     if lit == "ambient":

@@ -6,9 +6,9 @@ errors that name the line, is in `simtip.scene_file`.
 
 from simtip.spec.light import AmbientSpec, BackgroundSpec, TubeLamp
 from simtip.spec.needle import BevelTip, ConeTip, NeedleMaterial, NeedleSpec
-from simtip.spec.rig import CameraSpec, RigSpec
+from simtip.spec.rig import CameraSpec, LensSpec, RigSpec
 from simtip.spec.scene import DetectSpec, MatchSpec, RenderSpec, SceneSpec, TriangulateSpec
-from simtip.spec.sensor import SensorSpec
+from simtip.spec.sensor import EffectsSpec, SensorSpec
 
 __all__ = [
     "AmbientSpec",
@@ -17,6 +17,8 @@ __all__ = [
     "CameraSpec",
     "ConeTip",
     "DetectSpec",
+    "EffectsSpec",
+    "LensSpec",
     "MatchSpec",
     "NeedleMaterial",
     "NeedleSpec",

@@ -13,12 +13,12 @@ Matrix3 = tuple[
     tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine], tuple[Cosine, Cosine, Cosine]
 ]
 Rgb = tuple[
-    Annotated[FiniteFloat, Field(ge=0)],
-    Annotated[FiniteFloat, Field(ge=0)],
-    Annotated[FiniteFloat, Field(ge=0)],
+    Annotated[FiniteFloat, Field(ge=0, le=1e9)],
+    Annotated[FiniteFloat, Field(ge=0, le=1e9)],
+    Annotated[FiniteFloat, Field(ge=0, le=1e9)],
 ]
 Positive = Annotated[FiniteFloat, Field(ge=1e-6, le=1e6)]
-NonNegative = Annotated[FiniteFloat, Field(ge=0)]
+NonNegative = Annotated[FiniteFloat, Field(ge=0, le=1e9)]
 Fraction = Annotated[FiniteFloat, Field(ge=0, le=1)]
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, FiniteFloat, field_validator, model_validator
 from simtip.camera import Camera, StereoRig, folds
 from simtip.geometry import Pose, nearest_rotation
 from simtip.lens import ThinLens
-from simtip.spec.base import Matrix3, Part, Positive, Vector3
+from simtip.spec.base import Coordinate, Matrix3, Part, Positive, Vector3
 
 MAX_PIXELS = 100_000_000
 
@@ -36,6 +36,27 @@ class LensSpec(Part):
             )
         ),
     ] = ()
+
+    cos4: Annotated[bool, Field(description="Natural vignetting, cos^4 of the field angle.")] = (
+        False
+    )
+    vignetting: Annotated[
+        tuple[FiniteFloat, ...],
+        Field(
+            max_length=4,
+            description=(
+                "Mechanical vignetting: a1 a2 .. of 1 + a1 t^2 + a2 t^4 + .., t the tangent of the "
+                "field angle; empty is none."
+            ),
+        ),
+    ] = ()
+    diffraction: Annotated[
+        bool, Field(description="Blur by the Airy pattern at the f-number and wavelength.")
+    ] = False
+    aberration_um: Annotated[
+        FiniteFloat,
+        Field(ge=0, le=100, description="Sigma of a Gaussian blur on the sensor, um."),
+    ] = 0.0
 
     @field_validator("distortion")
     @classmethod
@@ -67,8 +88,8 @@ class CameraSpec(Part):
     height: Annotated[int, Field(ge=1, le=32768, description="Full sensor height, px.")]
     fx: Annotated[Positive, Field(description="Focal length along u, px.")]
     fy: Annotated[Positive, Field(description="Focal length along v, px.")]
-    cx: Annotated[FiniteFloat, Field(description="Principal point u, px, on the full sensor.")]
-    cy: Annotated[FiniteFloat, Field(description="Principal point v, px, on the full sensor.")]
+    cx: Annotated[Coordinate, Field(description="Principal point u, px, on the full sensor.")]
+    cy: Annotated[Coordinate, Field(description="Principal point v, px, on the full sensor.")]
     roi: Annotated[
         tuple[int, int, int, int] | None,
         Field(

@@ -24,7 +24,7 @@ class RenderSpec(Part):
         Field(
             ge=1, le=65536, description="Per pixel on and next to the needle; may be rounded up."
         ),
-    ] = 64
+    ] = 256
     light_step_mm: Annotated[
         Positive, Field(description="Grid step of the background's illumination, mm.")
     ] = 0.5
@@ -71,7 +71,7 @@ class SceneSpec(Part):
     background: BackgroundSpec = BackgroundSpec()
     lamps: tuple[TubeLamp, ...] = ()
     ambient: AmbientSpec = AmbientSpec()
-    sensor: SensorSpec
+    sensor: SensorSpec = SensorSpec()
     render: RenderSpec = RenderSpec()
     detect: DetectSpec = DetectSpec()
     match: MatchSpec = MatchSpec()

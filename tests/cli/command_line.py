@@ -38,7 +38,7 @@ lamps:
 ambient:
   radiance_w_m2_sr: [0.003, 0.003, 0.003]
 sensor:
-  f_number: 1.4
+  pixel_um: 3.2
   exposure_s: 0.04
 render: {samples: 16}
 detect:

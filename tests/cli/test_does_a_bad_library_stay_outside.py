@@ -121,6 +121,8 @@ def test_a_damaged_memory_is_no_memory(memory, trial, library, fresh):
 
 
 def offer(monkeypatch, *found: Candidate) -> None:
+    # As in a process in which Dr.Jit has not chosen yet.
+    monkeypatch.delitem(sys.modules, "drjit", raising=False)
     for module in (backend, simtip.doctor):
         monkeypatch.setattr(module, "candidates", lambda: list(found))
 

@@ -91,7 +91,6 @@ SCENES = {
         "roi: [990",
         "rio: [990",
     ),
-    "missing key": Bad("scene.yaml:24: sensor.exposure_s: is missing", "add", "exposure_s", "# "),
     "duplicate key": Bad("scene.yaml:{line}: ", "keep one", "seed: 3", "name: again"),
     "NaN intrinsics": Bad("scene.yaml:{line}: rig.left.fx: ", "number", "1909.84", ".nan"),
     "infinite intrinsics": Bad("scene.yaml:{line}: rig.right.cy: ", "number", "729.04", "-.inf"),
@@ -202,7 +201,7 @@ RIGS = {
         MEASURE,
     ),
     "no baseline": Bad(
-        "rig.yaml:32: T: is zero",
+        "rig.yaml:32: T: makes a baseline of 0 mm",
         "",
         "-69.26618548172685, -0.17853838078229262, 24.385540938383933",
         "0., 0., 0.",

@@ -154,7 +154,7 @@ def test_the_working_folder_is_refused_though_it_is_empty(tmp_path, monkeypatch)
 
 def test_a_mount_point_is_refused_though_it_is_empty(tmp_path, monkeypatch):
     (tmp_path / "out").mkdir()
-    monkeypatch.setattr(output_folder.Path, "is_mount", lambda _: True)
+    monkeypatch.setattr(output_folder.os.path, "ismount", lambda _: True)
     with pytest.raises(InputError, match="mount point"):
         OutputFolder(tmp_path / "out").check()
 

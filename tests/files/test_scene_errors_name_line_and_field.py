@@ -33,7 +33,7 @@ lamps:
     centre_mm: [0, -1500, -600]
     power: 1
 sensor:
-  f_number: 1.4
+  pixel_um: 3.2
   exposure_s: 0.04
 """
 
@@ -105,7 +105,6 @@ MISTAKES = [
     ("  exposure_s: 0.04", "  exposure_s: -0.04", 15, "sensor.exposure_s", ["greater than or"]),
     ("  exposure_s: 0.04", "  exposure_s: 0.04\n  noise: 1", 16, "sensor.noise",
      ["true or false", "not 1"]),
-    ("  exposure_s: 0.04", "", 13, "sensor.exposure_s", ["is missing"]),
     ("sensor:", "match: [1]\nsensor:", 13, "match", ["a mapping of keys", "a list of 1"]),
     ("sensor:", "triangulate: {method: s}\nsensor:", 13, "triangulate.method", ["'midpoint'"]),
     ("sensor:", "seed: 1e3\nsensor:", 13, "seed", ["whole number"]),
@@ -117,7 +116,7 @@ MISTAKES = [
     ("    power: 1\n", "    power: 1\n  - 5\n", 13, "lamps[1]", ["a mapping of keys", "not 5"]),
     (MINIMAL, "[1, 2]", 1, None, ["mapping of keys", "a list of 2"]),
     (MINIMAL, "text", 1, None, ["mapping of keys", "'text'"]),
-    (MINIMAL, "{}", 1, "rig", ["is missing", "(and 2 more)"]),
+    (MINIMAL, "{}", 1, "rig", ["is missing", "(and 1 more)"]),
     (MINIMAL[MINIMAL.index("lamps") : MINIMAL.index("sensor")], "", 1, None, ["there is no light"]),
 ]  # fmt: skip
 
@@ -187,7 +186,7 @@ PLAIN = st.none() | st.booleans() | st.integers() | NUMBERS | TEXT | st.lists(NU
     name=TEXT | st.sampled_from(["yes", "1e-3", "08", "0o7", "null", "~", "<<", " x ", "a: b"]),
     seed=st.integers(0, 2**63 - 1),
     tip=st.tuples(NUMBERS, NUMBERS, NUMBERS),
-    power=st.floats(0, 1e300),
+    power=st.floats(0, 1e9),
     bevel=st.floats(20, 80) | st.none(),
     detect=st.dictionaries(TEXT.filter(lambda k: k != "name"), PLAIN, max_size=3),
 )
@@ -256,7 +255,7 @@ def test_the_schema_describes_the_keys_of_a_scene():
     assert schema["title"] == "simtip scene"
     assert schema["additionalProperties"] is False
     assert set(schema["properties"]) == {"$schema", *SceneSpec.model_fields}
-    assert schema["required"] == ["rig", "needle", "sensor"]
+    assert schema["required"] == ["rig", "needle"]
     needle = schema["$defs"]["NeedleSpec"]
     assert "apex" in needle["properties"]["tip_mm"]["description"]
     assert needle["required"] == ["tip_mm"]

@@ -11,12 +11,13 @@ from scipy import stats
 
 
 def dn_probabilities(mean_e, spec):
-    """P(DN = 0 .. 255), (256,), for one pixel that collects `mean_e` electrons on average."""
+    """P(DN = 0 .. 2^bits - 1) for one pixel that collects `mean_e` electrons on average."""
     well = int(spec.full_well_e)
     n = np.arange(well + 1)
     weight = stats.poisson.pmf(n, mean_e)
     weight[-1] = stats.poisson.sf(well - 1, mean_e)
-    edges = np.concatenate([[-np.inf], np.arange(255) + 0.5, [np.inf]])  # between DNs
+    between = np.arange(2**spec.bit_depth - 1) + 0.5
+    edges = np.concatenate([[-np.inf], between, [np.inf]])
     centre = spec.gain_dn_per_e * n + spec.black_level_dn
     keep = weight > 1e-18
     below = stats.norm.cdf(
@@ -27,6 +28,6 @@ def dn_probabilities(mean_e, spec):
 
 def moments(probabilities):
     """Mean and variance of the digital number."""
-    dn = np.arange(256)
+    dn = np.arange(len(probabilities))
     mean = probabilities @ dn
     return mean, probabilities @ (dn - mean) ** 2

@@ -9,54 +9,102 @@ from scipy import stats
 
 from simtip import sensor
 from simtip.seeding import stream
+from simtip.sensor import chain
 from simtip.spec import SensorSpec
 
-SPEC = SensorSpec(f_number=1.4, exposure_s=0.04, black_level_dn=3)
+SPEC = SensorSpec(exposure_s=0.04, black_level_dn=3)
 SHAPE = (256, 1024)
 N = SHAPE[0] * SHAPE[1]
 
 
 def light_for(mean_e, spec=SPEC, shape=SHAPE):
-    """Radiance for which each pixel collects `mean_e` on average in all channels."""
+    """Irradiance for which each pixel collects `mean_e` on average in all channels."""
     return np.broadcast_to(mean_e / sensor.responsivity(spec), (*shape, 3)).astype(np.float32)
 
 
-@pytest.mark.parametrize("mu", [sensor.EXACT_BELOW_E, 33.3, 50, 100.25, 1000, 10000])
+def take(light, spec, rng):
+    return sensor.expose(light, spec, camera=sensor.UNIFORM, rng=rng)
+
+
+def reaching(mu, n):
+    """The w from which on the drawn number is at least n, by bisection; u = 1 adds nothing."""
+    mu, n = np.broadcast_arrays(mu, n)
+    one = np.ones(n.shape, np.float32)
+    low, high = np.full(n.shape, -8.0), np.full(n.shape, 8.0)
+    for _ in range(50):
+        middle = (low + high) / 2
+        reached = sensor.poisson_quantile(mu, middle, one) >= n
+        low, high = np.where(reached, low, middle), np.where(reached, middle, high)
+    return high
+
+
+@pytest.mark.parametrize("mu", [0.0625, 1, 7.5, 31.9375, 32, 33.3, 1000, 10000])
+def test_more_w_never_gives_fewer_electrons(mu):
+    """Without this, bisection would not see the whole of a distribution."""
+    w = np.linspace(-7.99, 7.99, 100_001)
+    drawn = sensor.poisson_quantile(np.full(w.shape, float(mu)), w, np.ones(w.shape, np.float32))
+    assert (np.diff(drawn) >= 0).all()
+
+
+def distribution(below, n):
+    return np.diff(np.concatenate([[0], below, [1]])), np.concatenate([[n[0] - 1], n])
+
+
+@pytest.mark.parametrize("mu", [sensor.TABLE_BELOW_E, 33.3, 50, 100.25, 1000, 10000])
 def test_the_quantile_expansion_is_poisson(mu):
     """No sampling: where the expansion first reaches n, at w, P(X < n) is Phi(w).
 
     w is found by bisection in double precision and Phi(w) compared with Poisson's own
     distribution function. The bounds are those of the docstring.
     """
-
-    class Quantiles:
-        """Stands for a generator: gives out the w that it was made with."""
-
-        def __init__(self, w):
-            self.w = w
-
-        def standard_normal(self, shape, dtype):
-            assert shape == self.w.shape
-            return self.w.astype(dtype)
-
-    def expansion(w):
-        return sensor._poisson(np.full(w.shape, float(mu)), Quantiles(w), None)
-
     n = np.arange(max(1, int(mu - 7 * mu**0.5)), int(mu + 7.5 * mu**0.5))
-    low, high = np.full(n.shape, -9.0), np.full(n.shape, 9.0)
-    assert (np.diff(expansion(np.linspace(-8, 8, 20001))) >= 0).all()
-    for _ in range(50):  # bisection for the w where the drawn number first reaches n
-        middle = (low + high) / 2
-        reached = expansion(middle) >= n
-        low, high = np.where(reached, low, middle), np.where(reached, middle, high)
-    below = np.concatenate([[0], stats.norm.cdf(high), [1]])
-    true = np.concatenate([[0], stats.poisson.cdf(n - 1, mu), [1]])
-    p, p_true = np.diff(below), np.diff(true)
-    value = np.concatenate([[n[0] - 1], n])
+    p, value = distribution(stats.norm.cdf(reaching(float(mu), n)), n)
+    p_true, _ = distribution(stats.poisson.cdf(n - 1, mu), n)
     assert np.abs(p - p_true).sum() / 2 < 1.3e-5 * min(1, 32 / mu) ** 2 + 1e-10
     mean = p @ value
     assert mean == pytest.approx(p_true @ value, abs=1e-9)
     assert p @ (value - mean) ** 2 == pytest.approx(mu, rel=3e-5)
+
+
+def test_the_table_is_poisson_in_every_row():
+    """No sampling: the thresholds in w, for every multiple of 1/16 e- below 32, are Poisson's.
+
+    In double precision, but for the thresholds, which are single: 2^-24 of |w| phi(w) each.
+    """
+    mu, n = np.arange(512)[:, None] / 16, np.arange(1, 100)
+    p, p_true = (
+        np.diff(below, axis=1, prepend=0, append=1)
+        for below in (stats.norm.cdf(reaching(mu, n)), stats.poisson.cdf(n - 1, mu))
+    )
+    assert (np.abs(p - p_true).sum(axis=1) / 2 < 3e-7).all()
+    np.testing.assert_allclose(p @ np.arange(100), mu[:, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("delta", [0.0, 1e-6, 0.01, 0.0624])
+@pytest.mark.parametrize("k", [0, 1, 511])
+def test_what_is_left_between_the_rows_is_poisson(k, delta):
+    """Over an even grid of u, single precision, the count beyond the row's is Poisson(delta)."""
+    u = ((np.arange(2**20) + 0.5) / 2**20).astype(np.float32)
+    mean, w = np.full(u.shape, k / 16 + delta), np.full(u.shape, 0.3)
+    extra = sensor.poisson_quantile(mean, w, u) - sensor.poisson_quantile(mean, w, u * 0 + 1)
+    p = np.bincount(extra.astype(int), minlength=5)[:5] / u.size
+    np.testing.assert_allclose(p, stats.poisson.pmf(np.arange(5), delta), atol=2 / u.size)
+
+
+def test_a_pixel_of_no_light_stays_empty_whatever_the_dice():
+    w = np.array([-9, -3, 0, 3, 7.9, 9], dtype=np.float32)
+    for u in (0, 2**-24, 0.5):
+        drawn = sensor.poisson_quantile(w * 0, w, np.full(w.shape, u, dtype=np.float32))
+        np.testing.assert_array_equal(drawn, 0)
+
+
+def test_more_light_on_one_pixel_leaves_the_others_noise():
+    """From 8 e- to 5000 e- in one pixel: a sharper use of equal seeds than equal bytes."""
+    light = light_for(20.0, shape=(16, 16))
+    before = take(light, SPEC, stream(12))
+    light[5, 6, 1] *= 600
+    after = take(light, SPEC, stream(12))
+    assert np.argwhere(before != after).tolist() == [[5, 6, 1]]
 
 
 @pytest.mark.parametrize("mu", [0.02, 1.5, 9.99, 31.9, 32.0, 75.3, 400.0])
@@ -75,7 +123,7 @@ def test_drawn_electrons_are_poisson_distributed(mu):
 @pytest.mark.parametrize("mean_e", [0.0, 4.0, 31.0, 33.0, 250.0, 3000.0, 7071.5])
 def test_the_image_has_the_exact_distribution(mean_e):
     """Chi-square of 786,432 pixels against the summed probabilities, black level included."""
-    image = sensor.expose(light_for(mean_e), SPEC, stream(3, "image"))
+    image = take(light_for(mean_e), SPEC, stream(3, "image"))
     expected = dn_probabilities(mean_e, SPEC) * image.size
     counts = np.bincount(image.ravel(), minlength=256)
     common = expected > 10
@@ -92,7 +140,7 @@ def test_the_image_has_the_exact_distribution(mean_e):
 @pytest.mark.parametrize("mean_e", [200.0, 2000.0, 7000.0])
 def test_the_mean_is_unbiased(mean_e):
     """To 4 standard errors, below 0.01 DN: SD / sqrt(3 N) is 0.0024 DN at 7000 e-."""
-    image = sensor.expose(light_for(mean_e), SPEC, stream(4, "mean"))
+    image = take(light_for(mean_e), SPEC, stream(4, "mean"))
     tolerance = 4 * np.sqrt((SPEC.gain_dn_per_e**2 * (mean_e + 25) + 1 / 12) / image.size)
     assert tolerance < 0.01
     expected = SPEC.gain_dn_per_e * mean_e + 3
@@ -110,7 +158,7 @@ def test_no_light_is_lost_in_the_dark():
         update={"gain_dn_per_e": 4.0, "read_noise_e": 2.0, "black_level_dn": 30.0}
     )
     for mean_e in (0.0, 0.1, 1.0, 5.0, 20.0, 31.99, 32.01):
-        image = sensor.expose(light_for(mean_e, spec), spec, stream(5, "dark"))
+        image = take(light_for(mean_e, spec), spec, stream(5, "dark"))
         true_mean, true_variance = moments(dn_probabilities(mean_e, spec))
         tolerance = 4 * np.sqrt(true_variance / image.size)
         assert abs(image.mean(dtype=np.float64) - true_mean) < tolerance
@@ -140,7 +188,7 @@ def test_the_photon_transfer_gives_back_gain_and_read_noise():
     mean, variance = [], []
     for k, level in enumerate(levels):
         a, b = (
-            sensor.expose(light_for(level), SPEC, stream(7, k, name)).astype(np.float64)
+            take(light_for(level), SPEC, stream(7, k, name)).astype(np.float64)
             for name in ("a", "b")
         )
         mean.append((a.mean() + b.mean()) / 2 - SPEC.black_level_dn)
@@ -157,7 +205,7 @@ def test_the_photon_transfer_gives_back_gain_and_read_noise():
 def test_the_same_seed_gives_the_same_bytes_and_another_side_others():
     light = light_for(500.0, shape=(64, 64))
     left, again, right, other = (
-        sensor.expose(light, SPEC, stream(seed, "sensor", side))
+        take(light, SPEC, stream(seed, "sensor", side))
         for seed, side in ((1, "left"), (1, "left"), (1, "right"), (2, "left"))
     )
     np.testing.assert_array_equal(left, again)
@@ -170,13 +218,13 @@ def test_the_same_seed_gives_the_same_bytes_and_another_side_others():
 def test_one_generator_used_twice_gives_two_pictures():
     rng = stream(1)
     light = light_for(500.0, shape=(64, 64))
-    first, second = (sensor.expose(light, SPEC, rng) for _ in range(2))
+    first, second = (take(light, SPEC, rng) for _ in range(2))
     assert (first != second).mean() > 0.3
 
 
 def test_pixels_and_channels_are_independent():
     """Neighbours and channels share no noise: correlations within 4 / sqrt(n)."""
-    image = sensor.expose(light_for(5000.0), SPEC, stream(8)).astype(np.float64)
+    image = take(light_for(5000.0), SPEC, stream(8)).astype(np.float64)
     image -= image.mean(axis=(0, 1))
     pairs = [
         (image[:, 1:], image[:, :-1]),
@@ -192,22 +240,22 @@ def test_pixels_and_channels_are_independent():
 def test_the_size_of_the_working_blocks_changes_nothing(block, monkeypatch):
     ramp = np.linspace(0, 1, 37 * 53 * 3).reshape(37, 53, 3)
     light = (light_for(300.0, shape=(37, 53)) * ramp).astype(np.float32)  # both sides of 32 e-
-    before = sensor.expose(light, SPEC, stream(9))
-    monkeypatch.setattr(sensor, "_BLOCK", block)
-    np.testing.assert_array_equal(sensor.expose(light, SPEC, stream(9)), before)
+    before = take(light, SPEC, stream(9))
+    monkeypatch.setattr(chain, "_BLOCK", block)
+    np.testing.assert_array_equal(take(light, SPEC, stream(9)), before)
 
 
 def test_read_noise_off_leaves_the_shot_noise_as_it_was():
     light = light_for(500.0, shape=(64, 64))
     fine = SPEC.model_copy(update={"gain_dn_per_e": 0.25})
-    loud = sensor.expose(light, fine, stream(10)).astype(float)
-    quiet = sensor.expose(light, fine.model_copy(update={"read_noise_e": 0.0}), stream(10))
+    loud = take(light, fine, stream(10)).astype(float)
+    quiet = take(light, fine.model_copy(update={"read_noise_e": 0.0}), stream(10))
     assert (loud - quiet).std() == pytest.approx(np.sqrt((0.25 * 5) ** 2 + 1 / 6), rel=0.05)
 
 
 def test_double_precision_light_gives_the_same_picture():
     light = light_for(500.0, shape=(64, 64))
     single, double = (
-        sensor.expose(light.astype(kind), SPEC, stream(11)) for kind in (np.float32, np.float64)
+        take(light.astype(kind), SPEC, stream(11)) for kind in (np.float32, np.float64)
     )
     assert (single != double).mean() < 1e-3

@@ -1,0 +1,44 @@
+"""From collected electrons to digital numbers, one function per step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.sensor.real import Real
+
+Image = NDArray[np.uint8] | NDArray[np.uint16]
+"""(H, W, 3) DN: uint8 at 8 bit, uint16 above."""
+
+
+def saturate(collected_e: NDArray[Real], full_well_e: float) -> NDArray[Real]:
+    """Clip electrons at the full well: after shot noise, DSNU and dark current, before reading.
+
+    So a full pixel is full whatever its light, and only read noise still moves it.
+    """
+    return np.minimum(collected_e, full_well_e)
+
+
+def read_noise(
+    collected_e: NDArray[Real], read_noise_e: float, rng: np.random.Generator
+) -> NDArray[Real]:
+    """Add the dark noise of the read-out: normal, standard deviation sigma_d in e-."""
+    noise = rng.standard_normal(collected_e.shape, dtype=collected_e.dtype)
+    return collected_e + noise * read_noise_e
+
+
+def amplify(
+    collected_e: NDArray[Real], gain_dn_per_e: float, black_level_dn: float
+) -> NDArray[Real]:
+    """Turn electrons into DN, not yet whole: ``K e + black level``."""
+    return collected_e * gain_dn_per_e + black_level_dn
+
+
+def quantise(dn: NDArray[Real], bit_depth: int) -> Image:
+    """Round to the nearest whole DN (halves to even) and clip to 0 .. 2^bits - 1.
+
+    This is all of the quantisation noise: nothing is added for it elsewhere.
+    """
+    whole = np.rint(dn)
+    np.clip(whole, 0, 2**bit_depth - 1, out=whole)
+    return whole.astype(np.uint8) if bit_depth <= 8 else whole.astype(np.uint16)
