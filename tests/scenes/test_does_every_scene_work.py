@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from regions import with_roi
+
 from simtip.scene_file import load_scene
 from simtip.simulation import simulate
 from simtip.truth import scene_truth
