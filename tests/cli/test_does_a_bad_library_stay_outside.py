@@ -64,7 +64,7 @@ ABORT = "echo 'LLVM ERROR: Cannot select: fmaximum' >&2; kill -ABRT $$"
 GOOD = 'echo \'{"ok": true, "mean": 0.5}\''
 WRONG = 'echo \'{"ok": false, "mean": 0.25}\''
 # The library with 15 in its name aborts, any other works.
-PICKY = f'case "$DRJIT_LIBLLVM_PATH" in *15*) {ABORT};; *) {GOOD};; esac'
+PICKY = f'case "$DRJIT_LIBLLVM_PATH" in *libLLVM-15*) {ABORT};; *) {GOOD};; esac'
 
 
 @posix
@@ -229,7 +229,8 @@ def test_doctor_rejects_it_with_a_reason(library, folder):
     done = asked(folder, "doctor", "--json", library=library)
     assert (done.returncode, done.stderr) == (0, "")
     first = json.loads(done.stdout)["llvm"][0]
-    assert (first["path"], first["source"], first["ok"]) == (library, "DRJIT_LIBLLVM_PATH", False)
+    real = str((folder / library).resolve())
+    assert (first["path"], first["source"], first["ok"]) == (real, "DRJIT_LIBLLVM_PATH", False)
     assert first["detail"].startswith("the trial process died")
 
 
