@@ -49,7 +49,10 @@ def _nearest_feet(inner: Array, f: float, g: float) -> tuple[Array, Array]:
     # squared distances:
     t, p, q = Polynomial([0, 1]), Polynomial([b, a]), Polynomial([d, c])
     slope = t * (p**2 + g**2 * q**2) ** 2 - (a * d - b * c) * (1 + f**2 * t**2) ** 2 * p * q
-    roots = np.asarray(slope.trim().roots()).real
+    # A leading coefficient that is next to nothing only has roots next to infinity, and the plane
+    # there is a candidate of its own.
+    negligible = 1e-60 * np.abs(slope.coef).max()
+    roots = np.asarray(slope.trim(negligible).roots()).real
     # An eigenvalue is only as exact as the largest root; the wanted one is often far smaller.
     roots = np.concatenate([_newton_step(slope, _newton_step(slope, roots)), roots])
     # homogeneous (t, s), so that the plane at t = infinity is one candidate of the others' kind
@@ -58,8 +61,9 @@ def _nearest_feet(inner: Array, f: float, g: float) -> tuple[Array, Array]:
     left = np.stack([f * ts, ss, -ts], axis=1)
     at_s, ct_s = a * ts + b * ss, c * ts + d * ss
     right = np.stack([-g * ct_s, at_s, ct_s], axis=1)
-    feet_left, feet_right = _feet(left), _feet(right)
-    cost = (feet_left**2).sum(axis=1) + (feet_right**2).sum(axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # a foot at infinity is never the nearest
+        feet_left, feet_right = _feet(left), _feet(right)
+        cost = (feet_left**2).sum(axis=1) + (feet_right**2).sum(axis=1)
     best = int(np.nanargmin(cost))
     return feet_left[best], feet_right[best]
 
