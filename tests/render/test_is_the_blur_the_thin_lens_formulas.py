@@ -23,8 +23,11 @@ def second_moments(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return centre, np.array(moments) / total
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize("defocus_mm", [-30, -14, 14, 30, 90])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize("side", [pytest.param("left", marks=SLOW), "right"])
+@pytest.mark.parametrize("defocus_mm", [-30, -14, 14, 30, pytest.param(90, marks=SLOW)])
 def test_the_second_moment_is_the_formulas(paper_rig, side, defocus_mm):
     camera, pose = (
         (paper_rig.left, Pose.identity()) if side == "left" else (paper_rig.right, paper_rig.T_lr)

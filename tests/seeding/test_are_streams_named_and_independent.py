@@ -19,6 +19,7 @@ def test_asking_twice_gives_the_same_numbers_in_any_order():
         np.testing.assert_array_equal(numbers, again[name])
 
 
+@pytest.mark.slow
 def test_another_process_gives_the_same_numbers():
     """Python's own hash of a text differs from process to process: it must play no part."""
     code = "from simtip.seeding import *; print(seed32(7, 'a'), stream(7, 'a', 3).integers(2**63))"
