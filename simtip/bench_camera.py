@@ -101,8 +101,8 @@ def measure_scene_camera(
     sensor = spec.sensor.model_copy(update={"mosaic": None, "effects": effects})
     camera = _middle(spec.rig.left if side == "left" else spec.rig.right)
     pattern = fixed_pattern(sensor, camera, side)
-    assert camera.roi is not None  # noqa: S101 (set just now; for the type checker)
-    shape = (camera.roi[3], camera.roi[2], 3)
+    geometry = camera.camera()
+    shape = (geometry.height, geometry.width, 3)
     rng = stream(spec.seed if seed is None else seed, side, "bench")
 
     def capture(photons: float, exposure_s: float, count: int) -> Iterator[NDArray[Any]]:

@@ -40,3 +40,28 @@ def scene(scene_path) -> SceneSpec:
 def small_scene(scene) -> SceneSpec:
     """The paper's set-up, read out only around the tip: the same rays, fewer of them."""
     return with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100])
+
+
+@pytest.fixture(scope="session")
+def table_1(paper_rig) -> StereoRig:
+    """The same, by the name that tests of the measuring wing use."""
+    return paper_rig
+
+
+@pytest.fixture(scope="session")
+def distorted(table_1):
+    left, right = (
+        Camera(c.K, c.width, c.height, k)
+        for c, k in [
+            (table_1.left, (-0.12, 0.05, 0.001, -0.0008, 0.01)),
+            (table_1.right, (-0.10, 0.04, -0.0007, 0.0012, -0.02)),
+        ]
+    )
+    return StereoRig(left, right, table_1.T_lr)
+
+
+@pytest.fixture(scope="session")
+def volume_mm():
+    """Give points (216, 3) about the needle, seen by both cameras of Table 1."""
+    axes = np.linspace(-50, 15, 6), np.linspace(-30, 30, 6), np.linspace(120, 230, 6)
+    return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)

@@ -56,5 +56,5 @@ def demosaic(raw: Image, origin: tuple[int, int]) -> Image:
     if min(raw.shape) < 3:
         raise ValueError(f"a mosaic needs 3 x 3 pixels at least, not {raw.shape}")
     x, y = origin
-    rgb: Image = cv2.cvtColor(raw, _DEMOSAIC[y % 2][x % 2])  # type: ignore[assignment]
+    rgb: Image = cv2.cvtColor(raw, _DEMOSAIC[y % 2][x % 2])  # type: ignore[assignment]  # OpenCV keeps the type; its stubs do not say so
     return rgb
