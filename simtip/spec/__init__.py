@@ -4,8 +4,10 @@ World frame = left camera frame (x right, y down, z forward), millimetres. Loadi
 errors that name the line, is in `simtip.scene_file`.
 """
 
-from simtip.spec.light import AmbientSpec, BackgroundSpec, TubeLamp
-from simtip.spec.needle import BevelTip, ConeTip, NeedleMaterial, NeedleSpec
+from simtip.spec.background import BackgroundSpec
+from simtip.spec.light import AmbientSpec, TubeLamp
+from simtip.spec.material import NeedleMaterial
+from simtip.spec.needle import BevelTip, ConeTip, NeedleSpec
 from simtip.spec.rig import CameraSpec, LensSpec, RigSpec
 from simtip.spec.scene import DetectSpec, MatchSpec, RenderSpec, SceneSpec, TriangulateSpec
 from simtip.spec.sensor import EffectsSpec, SensorSpec

@@ -1,4 +1,4 @@
-"""The needle: shape, place, material."""
+"""The needle: shape and place."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pydantic import Field, FiniteFloat, field_validator, model_validator
 from simtip.geometry import Pose
 from simtip.needle import Bevel, Cone, Needle
 from simtip.spec.base import Part, Positive, Vector3, nonzero
+from simtip.spec.material import NeedleMaterial
 
 
 class ConeTip(Part):
@@ -27,15 +28,6 @@ class BevelTip(Part):
     angle_deg: Annotated[
         FiniteFloat, Field(ge=1, lt=90, description="Between the cut plane and the axis, degrees.")
     ] = 20.0
-
-
-class NeedleMaterial(Part):
-    """A rough metal: GGX microfacets over measured n and k."""
-
-    metal: Annotated[
-        Literal["titanium"], Field(description="Optical constants: Johnson and Christy 1974.")
-    ] = "titanium"
-    roughness: Annotated[FiniteFloat, Field(ge=0.01, le=1, description="GGX alpha.")] = 0.2
 
 
 class NeedleSpec(Part):

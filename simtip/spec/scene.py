@@ -6,8 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from simtip.spec.background import BackgroundSpec
 from simtip.spec.base import Part, Positive
-from simtip.spec.light import AmbientSpec, BackgroundSpec, TubeLamp
+from simtip.spec.light import AmbientSpec, TubeLamp
 from simtip.spec.needle import NeedleSpec
 from simtip.spec.rig import RigSpec
 from simtip.spec.sensor import SensorSpec
