@@ -7,7 +7,7 @@ Beside `trial`, the only place where simulation and measurement meet: the frames
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -15,16 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.emva import CameraCharacteristics, measure_camera, plan_measurement
+from simtip.errors import InputError
 from simtip.seeding import stream
 from simtip.sensor import dark_factor, expose, fixed_pattern
 from simtip.sensor import photons as photons_of
 from simtip.spec import CameraSpec, SceneSpec, SensorSpec
+
+Progress = Callable[[float], None]
 
 SIDE_PX = 256
 """Side of the square of the sensor that is read out: 65,536 pixels."""
 
 CHANNEL = 1
 """Green."""
+
+PLANNING, PLANNING_FRAMES = 0.1, 100
+"""Part of the progress that planning counts for, and about how many frames it takes."""
 
 EXPOSURE_S = 1e-3
 """Of the photon-transfer series: short, so that dark current is small."""
@@ -76,7 +82,11 @@ def configured(sensor: SensorSpec) -> dict[str, float]:
 
 
 def measure_scene_camera(
-    spec: SceneSpec, side: Literal["left", "right"] = "left", *, seed: int | None = None
+    spec: SceneSpec,
+    side: Literal["left", "right"] = "left",
+    *,
+    seed: int | None = None,
+    progress: Progress | None = None,
 ) -> BenchResult:
     """Put one camera of a scene under even light and measure it.
 
@@ -90,12 +100,15 @@ def measure_scene_camera(
         Which camera.
     seed
         Of the temporal noise; by default the scene's own.
+    progress
+        Called with the fraction of the frames taken, 0 to 1.
 
     Raises
     ------
     InputError
-        The camera cannot be measured so, e.g. without noise.
+        The camera cannot be measured so: without noise, without green light, or with a gamma.
     """
+    _require_measurable(spec.sensor)
     # One channel of a bare sensor: colours not mixed; single defects are not its parameters.
     effects = spec.sensor.effects.model_copy(update={"defects": False})
     sensor = spec.sensor.model_copy(update={"mosaic": None, "effects": effects})
@@ -104,16 +117,60 @@ def measure_scene_camera(
     geometry = camera.camera()
     shape = (geometry.height, geometry.width, 3)
     rng = stream(spec.seed if seed is None else seed, side, "bench")
+    count_frame = _Counter(progress or (lambda _: None))
 
     def capture(photons: float, exposure_s: float, count: int) -> Iterator[NDArray[Any]]:
         timed = sensor.model_copy(update={"exposure_s": exposure_s})
         per_irradiance = photons_of(np.ones(3), sensor.pixel_um, exposure_s, sensor.wavelength_nm)
         light = np.broadcast_to((photons / per_irradiance).astype(np.float32), shape)
         for _ in range(count):
+            count_frame()
             yield expose(light, timed, camera=pattern, rng=rng)[..., CHANNEL]
 
     plan = plan_measurement(capture, bit_depth=sensor.bit_depth, exposure_s=EXPOSURE_S)
+    count_frame.expect(plan.total_frames)
     return BenchResult(configured(sensor), measure_camera(capture, plan))
+
+
+class _Counter:
+    """Counts frames: up to a tenth while it is not known how many there will be."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._taken, self._total = progress, 0, 0
+
+    def expect(self, frames: int) -> None:
+        """Start anew, with that many frames to come."""
+        self._taken, self._total = 0, frames
+
+    def __call__(self) -> None:
+        self._taken += 1
+        if self._total:
+            self._progress(PLANNING + (1 - PLANNING) * min(self._taken / self._total, 1))
+        else:
+            self._progress(PLANNING * min(self._taken / PLANNING_FRAMES, 1))
+
+
+def _require_measurable(sensor: SensorSpec) -> None:
+    """Refuse what leaves nothing to measure, naming the field."""
+    if sensor.gamma != 1:
+        raise InputError(
+            f"{sensor.gamma:g}: EMVA 1288 measures linear cameras",
+            field="sensor.gamma",
+            remedy="set it to 1 for the measurement",
+        )
+    if not sensor.noise:
+        raise InputError(
+            "false: EMVA 1288 finds the gain from the noise",
+            field="sensor.noise",
+            remedy="set it to true for the measurement"
+            + (" (the preset ideal has none)" if sensor.preset == "ideal" else ""),
+        )
+    if sensor.quantum_efficiency[CHANNEL] == 0:
+        raise InputError(
+            "0: the green channel, which is measured, sees no light",
+            field=f"sensor.quantum_efficiency[{CHANNEL}]",
+            remedy="give above 0 and at most 1",
+        )
 
 
 def _middle(camera: CameraSpec) -> CameraSpec:

@@ -10,12 +10,25 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from simtip.geometry import Array, Pose, skew
 
 ROUND_TRIP_PX = 1e-3
 """How far a pixel may be from the projection of its own ray."""
+
+GOOD_PX = 1e-4
+"""How near a stage on the way to a pixel has to come; the last one goes on to rounding."""
+
+STAGES, NEWTON_STEPS = 16, 10
+"""Stages from the centre of distortion to a pixel, and Newton steps in each at most."""
+
+BORDER_STEPS, RADIAL_STEPS = 128, 64
+"""Places along the image's shorter side, and from the centre to each, where folds are sought."""
+
+BLOCK = 65536
+"""Pixels worked on at a time."""
 
 DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)
 
@@ -108,9 +121,10 @@ class Camera:
                 np.asarray(self.distortion),
                 criteria=criteria,
             ).reshape(-1, 2)
-            # OpenCV says nothing when its iteration fails.
+            # OpenCV says nothing when its iteration fails, as it does for strong distortion.
             back = self.project(np.column_stack([xy, np.ones(len(xy))]))
-            xy[~(np.abs(back - flat).max(axis=1) <= ROUND_TRIP_PX)] = np.nan
+            failed = ~(np.abs(back - flat).max(axis=1) <= ROUND_TRIP_PX)
+            xy[failed] = _followed(self, flat[failed])
         else:
             xy = (flat - self.K[:2, 2]) / [self.K[0, 0], self.K[1, 1]]
         return np.asarray(xy, dtype=np.float64).reshape(uv.shape)
@@ -138,24 +152,103 @@ class Camera:
 def folds(camera: Camera) -> bool:
     """Say whether the distortion model leaves its valid region inside the image.
 
-    Outwards from the centre, in all directions, the projection has to keep its orientation until it
-    has left the image; where it turns back before, two rays share a pixel or pixels have no ray.
+    From the centre of distortion out to the border (half a pixel beyond the outermost centres, the
+    exact corners among it), the projection has to keep its orientation and the rational model its
+    sign. Otherwise two rays share a pixel or pixels have no ray.
     """
     if not camera.distortion:
         return False
-    angle = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-    radius = np.geomspace(1e-3, 10, 400)
-    xy = radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    points = np.concatenate([xy, np.ones((*xy.shape[:-1], 1))], axis=-1)
-    pixels = camera.project(points)
-    step = 1e-5
-    du = (camera.project(points + np.array([step, 0, 0])) - pixels) / step
-    dv = (camera.project(points + np.array([0, step, 0])) - pixels) / step
-    upright = du[..., 0] * dv[..., 1] - du[..., 1] * dv[..., 0] > 0
-    outside = ~camera.contains(pixels)
-    # All that lies before the first point outside has to be upright, and there has to be one.
-    before = np.cumsum(outside, axis=0) == 0
-    return bool((before & ~upright).any() or not outside.any(axis=0).all())
+    rays = _followed(camera, border(camera, max(1.0, min(camera.size) / BORDER_STEPS)))
+    if np.isnan(rays).any():
+        return True
+    fraction = np.linspace(0, 1, RADIAL_STEPS + 1)
+    _, slopes = _projected(camera, (fraction[:, None, None] * rays).reshape(-1, 2))
+    return bool((_determinant(slopes) <= 0).any()) or _turns_back(camera, rays)
+
+
+def border(camera: Camera, spacing_px: float) -> Array:
+    """Give pixels (n, 2) along the image's outer edge, corners included."""
+    w, h = camera.size
+    u = np.linspace(-0.5, w - 0.5, int(np.ceil(w / spacing_px)) + 1)
+    v = np.linspace(-0.5, h - 0.5, int(np.ceil(h / spacing_px)) + 1)
+    sides = [np.column_stack([u, np.full_like(u, y)]) for y in (v[0], v[-1])]
+    sides += [np.column_stack([np.full_like(v, x), v]) for x in (u[0], u[-1])]
+    return np.concatenate(sides)
+
+
+def _turns_back(camera: Camera, rays: Array) -> bool:
+    """Look for poles, and for turning points of the radial part, however narrow they are."""
+    k1, k2, _, _, k3, k4, k5, k6 = (*camera.distortion, 0.0, 0.0, 0.0, 0.0)[:8]
+    end = float((rays**2).sum(axis=1).max())
+    over, under, q = Polynomial([1, k1, k2, k3]), Polynomial([1, k4, k5, k6]), Polynomial([0, 1])
+    if not _positive(under, end):
+        return True
+    if any(camera.distortion[2:4]) or any(camera.distortion[8:]):
+        return False  # then the radial part alone decides nothing
+    # d/dr of r over(r^2) / under(r^2), times under^2.
+    return not _positive(over * under + 2 * q * (over.deriv() * under - over * under.deriv()), end)
+
+
+def _positive(polynomial: Polynomial, end: float) -> bool:
+    """Tell whether a polynomial is above 0 all the way from 0 to `end`."""
+    turns = np.real(np.asarray(polynomial.deriv().trim().roots(), dtype=np.complex128))
+    where = np.array([0.0, end, *turns[(turns > 0) & (turns < end)]])
+    return bool((polynomial(where) > 0).all())
+
+
+def _followed(camera: Camera, pixels: Array) -> Array:
+    """Find the rays of pixels (n, 2) by following each from the centre of distortion outwards.
+
+    Newton's method in small stages, so that it stays on the branch that the centre lies on: NaN
+    where that ends, at a fold or a pole, before the pixel is reached.
+    """
+    found = np.full_like(pixels, np.nan)
+    centre = camera.project([0.0, 0.0, 1.0])
+    for first in range(0, len(pixels), BLOCK):
+        part = first + np.flatnonzero(np.isfinite(pixels[first : first + BLOCK]).all(axis=1))
+        away, xy = pixels[part] - centre, np.zeros((len(part), 2))
+        with np.errstate(all="ignore"):
+            for stage in range(1, STAGES + 1):
+                wanted = centre + away * (stage / STAGES)
+                xy, kept = _solved(camera, xy, wanted, GOOD_PX if stage < STAGES else 0.0)
+                part, away, xy = part[kept], away[kept], xy[kept]
+        found[part] = xy
+    return found
+
+
+def _solved(
+    camera: Camera, xy: Array, wanted: Array, enough_px: float
+) -> tuple[Array, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
+    """Move rays (n, 2) to the pixels wanted by Newton's method, and say which arrived upright."""
+    for _ in range(NEWTON_STEPS):
+        pixels, slopes = _projected(camera, xy)
+        u, v = (wanted - pixels).T
+        off = np.maximum(np.abs(u), np.abs(v))
+        if (off <= enough_px).all():
+            break
+        a, b, c, d = slopes[:, 0, 0], slopes[:, 0, 1], slopes[:, 1, 0], slopes[:, 1, 1]
+        xy = xy + np.column_stack([d * u - b * v, a * v - c * u]) / (a * d - b * c)[:, None]
+    pixels, slopes = _projected(camera, xy)
+    arrived = np.abs(pixels - wanted).max(axis=1, initial=0) <= ROUND_TRIP_PX
+    return xy, arrived & (_determinant(slopes) > 0)
+
+
+def _projected(camera: Camera, xy: Array) -> tuple[Array, Array]:
+    """Give the pixels (n, 2) of rays (x/z, y/z), and their derivatives (n, 2, 2) by x/z, y/z."""
+    if not len(xy):
+        return np.zeros((0, 2)), np.zeros((0, 2, 2))
+    points = np.column_stack([xy, np.ones(len(xy))]).reshape(-1, 1, 3)
+    none = np.zeros(3)
+    pixels, slopes = cv2.projectPoints(points, none, none, camera.K, np.asarray(camera.distortion))
+    # Columns: 3 of the rotation, then 3 of the translation, which at z = 1 moves x/z and y/z.
+    columns = np.array(slopes[:, 3:5], dtype=np.float64)
+    return np.asarray(pixels, dtype=np.float64).reshape(-1, 2), columns.reshape(-1, 2, 2)
+
+
+def _determinant(slopes: Array) -> Array:
+    """Give the determinants of (n, 2, 2); what is not finite is -1, for upright it is not."""
+    det: Array = slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
+    return np.where(np.isfinite(det), det, -1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -272,15 +272,15 @@ def camera(
 ) -> None:
     """Measure a scene's own camera by EMVA 1288: configured against recovered."""
     from simtip.bench_camera import measure_scene_camera
-    from simtip.console import show_camera
+    from simtip.console import progress_bar, show_camera
     from simtip.output_folder import check_new_file, write_atomically
     from simtip.report.photon_transfer import plot_photon_transfer
 
     source = read_scene(scene)
     if plot is not None:
         check_new_file(plot, endings=(".png", ".svg"))
-    with located(source):
-        result = measure_scene_camera(source.spec, side, seed=seed)
+    with located(source), progress_bar("measuring") as progress:
+        result = measure_scene_camera(source.spec, side, seed=seed, progress=progress)
     if plot is not None:
         write_atomically(plot, plot_photon_transfer(result.recovered, plot.suffix[1:].lower()))
     if as_json:

@@ -1,13 +1,19 @@
-"""The exposure time that brings the background to a wanted gray level."""
+"""The exposure time that brings the background to a wanted gray level.
+
+The level asked for is the mean over both cameras of the gray level that each one's background is
+expected to have, saturation included. Each camera counts by its own light: lenses may differ.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from simtip.errors import InputError
-from simtip.sensor import UNIFORM, expected_dn
+from simtip.sensor import UNIFORM, dark_electrons, expected_dn, responsivity
 from simtip.spec import SensorSpec
 
 GRAY = np.array([0.299, 0.587, 0.114])
@@ -15,13 +21,25 @@ GRAY = np.array([0.299, 0.587, 0.114])
 
 SHORTEST_S, LONGEST_S = 1e-6, 100.0
 
+CLOSE_DN = 0.2
+"""How near to the wanted level the light of the exposure found has to bring the background."""
+
+LOST, UNLIKE = 0.02, 1.05
+"""A background that would exceed its range by this share is refused if the other camera's is darker
+by more than this factor."""
+
+_ROUNDS = 40
+
+Backgrounds = Callable[[SensorSpec], NDArray[np.float64]]
+"""From a sensor, its exposure time set, to the irradiance (cameras, 3) of the backgrounds then."""
+
 
 def background_irradiance(
     irradiance: NDArray[np.float32], coverage: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """Give the median irradiance (3,), W m^-2, of pixels (H, W, 3) that the needle does not touch.
+    """Give the median irradiance (3,), W m^-2, of pixels (H, W, 3) that nothing covers.
 
-    All pixels count if it touches all.
+    All pixels count if everything is covered.
     """
     free = coverage == 0
     pixels = irradiance[free] if free.any() else irradiance.reshape(-1, 3)
@@ -29,18 +47,33 @@ def background_irradiance(
 
 
 def gray_level(irradiance: NDArray[np.float64], sensor: SensorSpec) -> float:
-    """Give the expected gray level, DN, of an even irradiance (3,), W m^-2."""
-    dn = expected_dn(irradiance.reshape(1, 1, 3), sensor, camera=UNIFORM)
-    return float(dn[0, 0] @ GRAY)
-
-
-def auto_expose(irradiance: NDArray[np.float64], sensor: SensorSpec) -> SensorSpec:
-    """Set the exposure time so that the background has the gray level `sensor.background_dn`.
+    """Give the expected gray level, DN, of an even irradiance, W m^-2.
 
     Parameters
     ----------
     irradiance
-        (3,) of the background, W m^-2: the mean over both cameras' `background_irradiance`.
+        (3,), or (cameras, 3): then the mean of the cameras' levels.
+    sensor
+        With its exposure time.
+    """
+    return float(_gray_levels(irradiance, sensor).mean())
+
+
+def _gray_levels(irradiance: NDArray[np.float64], sensor: SensorSpec) -> NDArray[np.float64]:
+    levels: NDArray[np.float64] = (
+        expected_dn(irradiance.reshape(1, -1, 3), sensor, camera=UNIFORM)[0] @ GRAY
+    )
+    return levels
+
+
+def auto_expose(irradiance: NDArray[np.float64], sensor: SensorSpec) -> SensorSpec:
+    """Set the exposure time so that backgrounds have the gray level `sensor.background_dn`.
+
+    Parameters
+    ----------
+    irradiance
+        (3,) of one background, or (cameras, 3): then the mean of their gray levels counts. W m^-2,
+        whatever the exposure.
     sensor
         What `background_dn` it asks for; without one it is returned as it is.
 
@@ -61,13 +94,87 @@ def auto_expose(irradiance: NDArray[np.float64], sensor: SensorSpec) -> SensorSp
     ends = float(np.log(SHORTEST_S)), float(np.log(LONGEST_S))
     lowest, highest = excess(ends[0]), excess(ends[1])
     if not (lowest < 0 < highest):
-        raise InputError(
-            f"{wanted:g} DN cannot be reached: exposures from 1 us to 100 s give "
-            f"{lowest + wanted:.1f} to {highest + wanted:.1f} DN",
-            field="sensor.background_dn",
-            remedy="ask for another level, or change the light or the gain",
-        )
+        raise _out_of_reach(target, lowest + target, highest + target)
     return _timed(sensor, float(np.exp(brentq(excess, *ends, xtol=1e-10))))
+
+
+def settle_exposure(backgrounds: Backgrounds, sensor: SensorSpec) -> SensorSpec:
+    """Set the exposure time where the light itself depends on it, as rippling lamps' does.
+
+    What an exposure collects rises with its length whatever the ripple, so the answer stays between
+    the longest one found too dark and the shortest found too bright.
+
+    Parameters
+    ----------
+    backgrounds
+        Gives the irradiance of the backgrounds for an exposure.
+    sensor
+        What `background_dn` it asks for; without one it is returned as it is.
+
+    Raises
+    ------
+    InputError
+        No exposure from 1 us to 100 s gives that level, or the cameras' backgrounds differ so much
+        that one saturates (`LOST`, `UNLIKE`).
+    """
+    if sensor.background_dn is None:
+        return sensor
+    target = float(sensor.background_dn)
+    short, long = SHORTEST_S, LONGEST_S
+    # An exposure so long sees no ripple: the right start, and proof that the level can be reached.
+    guess = auto_expose(backgrounds(_timed(sensor, LONGEST_S)), sensor).exposure_s
+    for _ in range(_ROUNDS):
+        timed = _timed(sensor, guess)
+        light = backgrounds(timed)
+        excess = gray_level(light, timed) - target
+        if abs(excess) <= CLOSE_DN:
+            _require_alike(light, timed)
+            return timed
+        short, long = (guess, long) if excess < 0 else (short, guess)
+        guess = _next_exposure(light, sensor, short, long)
+    ends = (gray_level(light, _timed(sensor, end)) for end in (SHORTEST_S, LONGEST_S))
+    raise _out_of_reach(target, *ends)
+
+
+def _next_exposure(
+    irradiance: NDArray[np.float64], sensor: SensorSpec, short: float, long: float
+) -> float:
+    """Give the exposure for the light of the last one if that lies between, else a middle one."""
+    try:
+        guess = auto_expose(irradiance, sensor).exposure_s
+    except InputError:  # hardly any light at that moment
+        guess = 0.0
+    return guess if short < guess < long else float(np.sqrt(short * long))
+
+
+def _require_alike(irradiance: NDArray[np.float64], sensor: SensorSpec) -> None:
+    """Refuse backgrounds of which one saturates and another is darker."""
+    collected = irradiance * responsivity(sensor) + dark_electrons(sensor)
+    limit = (2**sensor.bit_depth - 1 - sensor.black_level_dn) / sensor.gain_dn_per_e
+    if sensor.effects.full_well:
+        limit = min(limit, sensor.full_well_e)
+    lost = np.maximum(collected - limit, 0) @ GRAY / limit
+    gray = collected @ GRAY
+    if lost.max() <= LOST or gray.max() <= UNLIKE * gray.min():
+        return
+    unsaturated = _timed(sensor, sensor.exposure_s * limit / float(collected.max()))
+    levels = _gray_levels(irradiance, sensor)
+    raise InputError(
+        f"a mean of {sensor.background_dn:g} DN means {levels[0]:.0f} DN left and {levels[1]:.0f} "
+        f"DN right, where the {('left', 'right')[int(lost.argmax())]} background is saturated",
+        field="sensor.background_dn",
+        remedy="give f-numbers that make both backgrounds as bright, or ask for at most "
+        f"{np.floor(gray_level(irradiance, unsaturated)):g} DN",
+    )
+
+
+def _out_of_reach(wanted: float, lowest: float, highest: float) -> InputError:
+    return InputError(
+        f"{wanted:g} DN cannot be reached: exposures from 1 us to 100 s give "
+        f"{lowest:.1f} to {highest:.1f} DN",
+        field="sensor.background_dn",
+        remedy="ask for another level, or change the light or the gain",
+    )
 
 
 def _timed(sensor: SensorSpec, exposure_s: float) -> SensorSpec:

@@ -10,19 +10,24 @@ from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose
-from simtip.needle import Needle
+from simtip.needle import Faces, Needle
 from simtip.silhouette import NEAR_MM
 
 SEGMENTS = 128
 """Sides of the polygon that stands for the circle here; what it cuts off widens the mask."""
 
+SAGITTA_MM = 5e-3
+"""How far a bend or a rounding may stray from its chords here, which widens the mask, too."""
+
 
 def in_view(needle: Needle, T_cn: Pose, camera: Camera) -> bool:
     """Say whether any part of the needle, at least 1 mm in front, falls on the image.
 
-    Exact for a pinhole; with distortion a needle just outside may be taken to be inside.
+    Exact for a pinhole and the needle's mesh; with distortion a needle just outside may be taken
+    to be inside.
     """
-    return len(_clipped(needle, T_cn, _view_box(camera, 0.0))) > 0
+    surface = needle.surface(SEGMENTS)
+    return len(_clipped(surface, T_cn, _view_box(camera, 0.0))) > 0
 
 
 def footprint(
@@ -56,13 +61,16 @@ def footprint(
     if not 0 <= margin_px < 1e4:
         raise ValueError(f"margin_px has to lie between 0 and 10000, not {margin_px:g}")
     height, width = camera.height, camera.width
-    triangles = _clipped(needle, T_cn, _view_box(camera, margin_px + 4))
+    surface = needle.surface(SEGMENTS, SAGITTA_MM)
+    triangles = _clipped(surface, T_cn, _view_box(camera, margin_px + 4))
     if not len(triangles):
         return np.zeros((height, width), dtype=np.bool_)
     stray = 0.0
     if camera.distortion:
         triangles, stray = _straightened(triangles, camera)
     sagitta = needle.radius_mm * (1 - math.cos(math.pi / SEGMENTS))
+    if needle.bend_radius_mm is not None or needle.tip.tip_radius_mm > 0:
+        sagitta += SAGITTA_MM
     inscribed = 2 * sagitta * max(camera.K[0, 0], camera.K[1, 1]) / float(triangles[..., 2].min())
     # 1.5: a touched pixel's centre is within 0.5 px of the triangle, whose outline is drawn
     # within 1 px along either axis. 0.1: the coordinates' rounding to 1/16 px.
@@ -98,38 +106,46 @@ def _view_box(camera: Camera, margin_px: float) -> tuple[float, float, float, fl
     return float(x0), float(x1), float(y0), float(y1)
 
 
-def _clipped(needle: Needle, T_cn: Pose, box: tuple[float, float, float, float]) -> Array:
-    """Give the surface's triangles (n, 3, 3), camera frame, cut to the field of view."""
-    vertices, faces = needle.surface(SEGMENTS)
+def _clipped(
+    surface: tuple[Array, Faces], T_cn: Pose, box: tuple[float, float, float, float]
+) -> Array:
+    """Give a surface's triangles (n, 3, 3), camera frame, cut to the field of view."""
+    vertices, faces = surface
     triangles = T_cn.apply(vertices)[faces]
     x0, x1, y0, y1 = box
     # A point p is inside where normals @ p >= offsets.
     normals = np.array([[0, 0, 1], [1, 0, -x0], [-1, 0, x1], [0, 1, -y0], [0, -1, y1]])
     offsets = np.array([NEAR_MM, 0, 0, 0, 0])
-    inside = triangles @ normals.T >= offsets  # (n, corner, plane)
-    whole = inside.all(axis=(1, 2))
-    crossing = inside.any(axis=1).all(axis=1) & ~whole
-    pieces = [triangles[whole]]
-    for triangle in triangles[crossing]:
-        polygon = triangle
-        for normal, offset in zip(normals, offsets, strict=True):
-            polygon = _cut(polygon, polygon @ normal - offset)
-        if len(polygon) >= 3:
-            fan = [polygon[[0, k, k + 1]] for k in range(1, len(polygon) - 1)]
-            pieces.append(np.array(fan))
+    for normal, offset in zip(normals, offsets, strict=True):
+        triangles = _cut(triangles, triangles @ normal - offset)
+    return triangles
+
+
+def _cut(triangles: Array, height: Array) -> Array:
+    """Keep the part of triangles (n, 3, 3) where a linear height (n, 3) is at least 0."""
+    inside = height >= 0
+    count = inside.sum(axis=1)
+    pieces = [triangles[count == 3]]
+    for corners in (1, 2):
+        crossing = count == corners
+        if not crossing.any():
+            continue
+        part, h = triangles[crossing], height[crossing]
+        # Turn each so that the corner alone on its side comes first.
+        first = (inside[crossing] == (corners == 1)).argmax(axis=1)
+        order = (first[:, None] + np.arange(3)) % 3
+        part, h = (
+            np.take_along_axis(part, order[..., None], axis=1),
+            np.take_along_axis(h, order, 1),
+        )
+        a, b, c = part[:, 0], part[:, 1], part[:, 2]
+        ab = a + (b - a) * (h[:, 0] / (h[:, 0] - h[:, 1]))[:, None]
+        ac = a + (c - a) * (h[:, 0] / (h[:, 0] - h[:, 2]))[:, None]
+        if corners == 1:
+            pieces.append(np.stack([a, ab, ac], axis=1))
+        else:
+            pieces += [np.stack([ab, b, c], axis=1), np.stack([ab, c, ac], axis=1)]
     return np.concatenate(pieces)
-
-
-def _cut(polygon: Array, height: Array) -> Array:
-    """Keep the part of a convex polygon (n, 3) where a linear height (n,) is at least 0."""
-    kept: list[Array] = []
-    for k in range(len(polygon)):
-        a, b, ha, hb = polygon[k - 1], polygon[k], height[k - 1], height[k]
-        if (ha >= 0) != (hb >= 0):
-            kept.append(a + (b - a) * (ha / (ha - hb)))
-        if hb >= 0:
-            kept.append(b)
-    return np.array(kept).reshape(-1, 3)
 
 
 def _straightened(triangles: Array, camera: Camera) -> tuple[Array, float]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.camera import Camera
-from simtip.psf import Psf, blur
+from simtip.psf import blur
 from simtip.spec import LensSpec, SensorSpec
 
 GRID_PX = 8
@@ -43,37 +43,38 @@ def relative_illumination(camera: Camera, lens: LensSpec) -> NDArray[np.float32]
     pixel's ray and the optical axis; never below 0.
     """
     # Undoing distortion for every pixel takes seconds, and the result is smooth: linear
-    # interpolation over GRID_PX errs by under 2e-5.
-    u, v = (np.arange(0, side + GRID_PX, GRID_PX) for side in camera.size)
+    # interpolation over GRID_PX errs by under 2e-5. Beyond the image there may be no ray.
+    u, v = (_nodes(side) for side in camera.size)
     x, y = np.moveaxis(camera.normalise(np.stack(np.meshgrid(u, v), axis=-1)), -1, 0)
     falloff = _falloff(x**2 + y**2, lens)
-    down, across = _interpolation(camera.height, len(v)), _interpolation(camera.width, len(u))
+    down, across = _interpolation(v), _interpolation(u)
     kept: NDArray[np.float32] = (down @ falloff @ across.T).astype(np.float32)
     return kept
 
 
 def _falloff(t2: NDArray[np.float64], lens: LensSpec) -> NDArray[np.float64]:
-    falloff = np.ones_like(t2)
-    for power, coefficient in enumerate(lens.vignetting, start=1):
-        falloff += coefficient * t2**power
+    falloff = lens.vignetting_at(t2)
     if lens.cos4:
-        falloff /= (1 + t2) ** 2
+        falloff = falloff / (1 + t2) ** 2
     kept: NDArray[np.float64] = np.maximum(falloff, 0)
     return kept
 
 
-def _interpolation(pixels: int, nodes: int) -> NDArray[np.float64]:
-    """Give the (pixels, nodes) weights of linear interpolation between nodes GRID_PX apart."""
-    place = np.arange(pixels)[:, None] / GRID_PX - np.arange(nodes)
-    weights: NDArray[np.float64] = np.maximum(1 - np.abs(place), 0)
-    return weights
+def _nodes(pixels: int) -> NDArray[np.float64]:
+    """Give places GRID_PX apart, the last one on the last pixel."""
+    return np.append(np.arange(0, pixels - 1, GRID_PX, dtype=np.float64), pixels - 1)
+
+
+def _interpolation(nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give the (pixels, nodes) weights of linear interpolation between rising nodes."""
+    pixels = np.arange(int(nodes[-1]) + 1)
+    weights = [np.interp(pixels, nodes, unit) for unit in np.eye(len(nodes))]
+    return np.column_stack(weights)
 
 
 def magnification(lens: LensSpec) -> float:
     """Give m = f / (z_f - f) of the plane in focus; 0 for a pinhole."""
-    if lens.focus_mm is None:
-        return 0.0
-    return lens.focal_length_mm / (lens.focus_mm - lens.focal_length_mm)
+    return lens.magnification()
 
 
 def expose_lens(
@@ -93,9 +94,8 @@ def expose_lens(
     sensor
         Wavelengths and pixel pitch, for the point spread.
     """
-    working = lens.f_number * (1 + magnification(lens))
-    light = irradiance(radiance, working)
+    light = irradiance(radiance, lens.working_f_number())
     if lens.cos4 or lens.vignetting:
         light = light * relative_illumination(camera, lens)[..., None]
-    psf = Psf(working, sensor.wavelength_nm, sensor.pixel_um, lens.aberration_um, lens.diffraction)
+    psf = lens.point_spread(sensor)
     return light if psf.is_identity else blur(light, psf)

@@ -129,17 +129,21 @@ class Psf:
                 field="encircled_energy",
                 remedy="give 0.5 or more, under 1",
             )
-        self._require_small("aberration_um", GAUSSIAN_RADIUS * self.aberration_px)
+        reach = GAUSSIAN_RADIUS * self.aberration_px
+        self._require_small("aberration_um", "sigma", self.aberration_um, reach)
         if self.diffraction:
-            widest = max(range(3), key=lambda k: self.wavelength_nm[k])
-            self._require_small("f_number", self.airy_radius_px(widest))
+            reach = max(self.airy_radius_px(k) for k in range(3))
+            self._require_small("f_number", "the working f-number N (1 + m)", self.f_number, reach)
 
-    def _require_small(self, field: str, radius_px: float) -> None:
+    def _require_small(self, field: str, name: str, value: float, radius_px: float) -> None:
         if radius_px > MAX_RADIUS_PX:
+            most = value * MAX_RADIUS_PX / radius_px
+            unit = 10.0 ** (np.floor(np.log10(most)) - 2)  # rounded down to three digits
             raise InputError(
                 f"the blur reaches {radius_px:.0f} px, more than {MAX_RADIUS_PX}",
                 field=field,
-                remedy="make it smaller, the pixel larger, or encircled_energy less",
+                remedy=f"{name} can be {np.floor(most / unit) * unit:g} at most with pixels of "
+                f"{self.pixel_um:g} um",
             )
 
     @property

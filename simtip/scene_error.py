@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_
 
 from pydantic import BaseModel, ValidationError
 
+from simtip.errors import InputError
 from simtip.scene_range import allowed_range
 from simtip.spec import SceneSpec
-from simtip.yaml_file import Document, FieldPath, shown
+from simtip.yaml_file import Document, FieldPath, shown, undotted
 
 if TYPE_CHECKING:
     from collections.abc import Sized
 
     from pydantic_core import ErrorDetails
     from typing_extensions import TypeIs
-
-    from simtip.errors import InputError
 
 _BOUND_ERRORS = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 
@@ -69,10 +68,18 @@ def _explain(
     if kind in _WANTED:
         return f"has to be {_WANTED[kind]}, not {shown(value)}", path, _type_remedy(kind, value)
     if kind == "value_error":
-        return str(context["error"]), path, "correct it"
+        return _explain_refusal(context["error"], path)
     limits = allowed_range(error["loc"]) if kind in _BOUND_ERRORS else None
     wanted = f"has to be {limits}" if limits else error["msg"].replace("Input should ", "has to ")
     return f"{wanted}, not {shown(value)}", path, "correct the value"
+
+
+def _explain_refusal(error: ValueError, path: FieldPath) -> tuple[str, FieldPath, str | None]:
+    """Explain what a check of the models refused; an InputError names the field within the part."""
+    if isinstance(error, InputError):
+        inner = undotted(error.field) if error.field else ()
+        return error.problem, (*path, *inner), error.remedy
+    return str(error), path, "correct it"
 
 
 def _explain_length(
@@ -80,7 +87,8 @@ def _explain_length(
 ) -> tuple[str, FieldPath, str | None]:
     """Explain a missing key, or a list that is too short or too long."""
     if "max_length" in context:
-        return f"has {len(value)} entries", path, f"give {context['max_length']}"
+        most = "at most " if Ellipsis in get_args(_inside(parent, path[-1])) else ""
+        return f"has {len(value)} entries", path, f"give {most}{context['max_length']}"
     if isinstance(path[-1], int):
         return f"has {len(value)} entries", path[:-1], f"give {len(get_args(parent))}"
     return "is missing", path, "add it"

@@ -6,13 +6,17 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simtip.exposure import auto_expose, background_irradiance
+from simtip.exposure import background_irradiance, settle_exposure
+from simtip.geometry import Array
+from simtip.mix import weights
+from simtip.noise_budget import noise_tolerance
 from simtip.optics import expose_lens
 from simtip.render import Backend, Progress, View, choose, render_pair
 from simtip.seeding import stream
 from simtip.sensor import Image, expose, fixed_pattern
-from simtip.spec import SceneSpec
+from simtip.spec import SceneSpec, SensorSpec
 from simtip.truth import SceneTruth, scene_truth
 
 
@@ -67,34 +71,61 @@ def simulate(
     Raises
     ------
     InputError
-        The scene has no meaningful truth, e.g. the needle is outside both images.
+        The scene has no meaningful truth, e.g. the needle is outside both images, or no exposure
+        gives `sensor.background_dn`.
     """
     seed = spec.seed if seed is None else seed
     truth = scene_truth(spec)
     backend = backend or choose()
     start = time.perf_counter()
-    views = render_pair(spec, backend=backend, seed=seed, progress=progress)
+    views = render_pair(
+        spec, backend=backend, seed=seed, tolerance=noise_tolerance(spec), progress=progress
+    )
     rendered = time.perf_counter()
     cameras = (spec.rig.left, spec.rig.right)
-    lights = [
-        expose_lens(view.radiance(spec), camera.camera(), camera.lens, spec.sensor)
-        for view, camera in zip(views, cameras, strict=True)
-    ]
-    if spec.sensor.background_dn is not None:
-        levels = [
-            background_irradiance(light, view.coverage)
-            for light, view in zip(lights, views, strict=True)
-        ]
-        sensor = auto_expose(np.mean(levels, axis=0), spec.sensor)
-        spec = spec.model_copy(update={"sensor": sensor})
+    light = _Light(spec, views)
+    spec = spec.model_copy(update={"sensor": settle_exposure(light.backgrounds, spec.sensor)})
     left, right = (
         expose(
-            light,
+            irradiance,
             spec.sensor,
             camera=fixed_pattern(spec.sensor, camera, side),
             rng=stream(seed, side, "sensor"),
         )
-        for side, light, camera in zip(("left", "right"), lights, cameras, strict=True)
+        for side, irradiance, camera in zip(
+            ("left", "right"), light.on_sensors(spec.sensor), cameras, strict=True
+        )
     )
     timings = {"render": rendered - start, "sensor": time.perf_counter() - rendered}
     return Simulation(spec, seed, backend, truth, views, (left, right), timings)
+
+
+class _Light:
+    """What falls on both sensors; mixed again only if another exposure changes it (ripple)."""
+
+    def __init__(self, spec: SceneSpec, views: tuple[View, View]) -> None:
+        self._spec, self._views = spec, views
+        self._weights: list[Array] = []
+        self._irradiance: list[NDArray[np.float32]] = []
+
+    def on_sensors(self, sensor: SensorSpec) -> list[NDArray[np.float32]]:
+        """Give the irradiance of the left and the right sensor, (H, W, 3) W m^-2."""
+        spec = self._spec.model_copy(update={"sensor": sensor})
+        new = [
+            power for view in self._views for power in weights(spec, len(view.coverage)).values()
+        ]
+        if not self._irradiance or not all(map(np.array_equal, new, self._weights)):
+            self._weights = new
+            self._irradiance = [
+                expose_lens(view.radiance(spec), camera.camera(), camera.lens, sensor)
+                for view, camera in zip(self._views, (spec.rig.left, spec.rig.right), strict=True)
+            ]
+        return self._irradiance
+
+    def backgrounds(self, sensor: SensorSpec) -> Array:
+        """Give the irradiance of both backgrounds, (2, 3) W m^-2."""
+        levels = [
+            background_irradiance(light, np.maximum(view.coverage, view.clutter))
+            for light, view in zip(self.on_sensors(sensor), self._views, strict=True)
+        ]
+        return np.array(levels)

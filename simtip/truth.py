@@ -57,7 +57,7 @@ class SceneTruth:
     tip_mm
         (3,) the apex, world.
     axis
-        (3,) unit direction from the tip to the hub, world.
+        (3,) unit direction from the tip to the hub, world; of a bent needle the tangent at the tip.
     left, right
         What is true in each image.
     rig
@@ -87,7 +87,10 @@ class SceneTruth:
             "needle": {
                 "diameter_mm": float(needle.diameter_mm),
                 "length_mm": float(needle.length_mm),
-                "tip": {"kind": type(needle.tip).__name__.lower(), **_parameters(needle)},
+                "bend_radius_mm": _or_none(needle.bend_radius_mm),
+                "bend_direction_deg": float(needle.bend_direction_deg),
+                "tip": {"kind": needle.tip.kind, **_parameters(needle)},
+                "equally_foremost_mm": self.T_wn.apply(needle.apexes[1:]).tolist(),
                 "T_wn": _pose(self.T_wn),
             },
             "left": _view(self.left, self.rig.left),
@@ -149,8 +152,7 @@ def _require_before_camera(name: str, tip_c: Array) -> None:
 
 
 def _require_outside_needle(name: str, needle: Needle, centre_n: Array) -> None:
-    x, y, z = centre_n
-    if np.hypot(x, y) <= needle.radius_mm and 0 <= z <= needle.length_mm:
+    if needle.encloses(centre_n):
         raise InputError(
             f"the {name} camera is inside the needle",
             field="needle.tip_mm",
@@ -233,6 +235,10 @@ def _px(view: ViewTruth) -> str:
 def _parameters(needle: Needle) -> dict[str, Any]:
     """Give the tip's own parameters: every kind of tip is a dataclass."""
     return {name: float(value) for name, value in asdict(needle.tip).items()}
+
+
+def _or_none(value: float | None) -> float | None:
+    return None if value is None else float(value)
 
 
 def _pose(pose: Pose) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,7 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from simtip.emva import rounding
+from simtip.emva.estimate import Z99
 from simtip.emva.frames import Frame, Level, summarise
+from simtip.emva.transfer import CLIPPED
 from simtip.errors import InputError
 
 _DITHER_DN2 = 0.4
@@ -45,7 +48,7 @@ class Plan:
     frames
         Frames of each level and each dark exposure; even, as pairs are compared.
     flat_photons, flat_frames
-        Levels of the mean frames (dark, weak, half of saturation), and frames of each.
+        Levels of the mean frames (dark, weak but off DN 0, half of saturation), and frames of each.
     dark_exposures_s, dark_photons
         Exposure times of the dark series, and its light: 0, or a weak one that lifts a quiet
         camera's noise over the rounding. That light must not depend on the exposure time.
@@ -62,6 +65,12 @@ class Plan:
     dark_exposures_s: tuple[float, ...]
     dark_photons: float = 0.0
     photons_absolute: bool = True
+
+    @property
+    def total_frames(self) -> int:
+        """How many frames all series take together."""
+        series = len(self.photons) + len(self.dark_exposures_s)
+        return series * self.frames + len(self.flat_photons) * self.flat_frames
 
 
 def plan_measurement(
@@ -110,7 +119,7 @@ def plan_measurement(
     rise = full.mean_dn - dark.mean_dn
     per_photon = (middle.mean_dn - dark.mean_dn) / middle.photons
     saturation = rise / per_photon
-    gain = (middle.variance_dn2 - dark.variance_dn2) / (middle.mean_dn - dark.mean_dn)
+    gain = _rise_dn2(dark, middle) / (middle.mean_dn - dark.mean_dn)
     if gain <= 0:
         raise InputError(
             "the temporal noise does not rise with the light",
@@ -118,6 +127,7 @@ def plan_measurement(
             remedy="give raw frames, without noise reduction or tone curve",
         )
     weak = min(_DITHER_DN2 / gain / per_photon, saturation / 8)
+    lifted = _lifted(probe, dark, weak, saturation / 5)
     levels = np.concatenate(
         [
             [0.0],
@@ -128,13 +138,13 @@ def plan_measurement(
         ]
     )
     noisy = dark.variance_dn2 >= 2 * rounding.LEAST_VARIANCE_DN2 and dark.zero_fraction == 0
-    bias = 0.0 if noisy else 2 * weak
+    bias = 0.0 if noisy else max(2 * weak, lifted)
     return Plan(
         bit_depth=bit_depth,
         exposure_s=exposure_s,
         photons=tuple(float(x) for x in np.sort(levels)),
         frames=frames,
-        flat_photons=(0.0, float(weak), float(saturation / 2)),
+        flat_photons=(0.0, float(lifted), float(saturation / 2)),
         flat_frames=flat_frames,
         dark_exposures_s=_dark_exposures(probe, bias, exposure_s, longest_exposure_s, rise),
         dark_photons=float(bias),
@@ -144,6 +154,22 @@ def plan_measurement(
 
 class _Probe(Protocol):
     def __call__(self, photons: float, at_s: float = ...) -> Level: ...
+
+
+def _rise_dn2(dark: Level, lit: Level) -> float:
+    """Give the rise of the temporal variance, or the most that its errors may hide."""
+    rise = lit.variance_dn2 - dark.variance_dn2
+    error = Z99 * math.hypot(*(lv.variance_dn2 * math.sqrt(2 / lv.freedom) for lv in (dark, lit)))
+    return rise if rise > error else rise + error
+
+
+def _lifted(probe: _Probe, dark: Level, weak: float, most: float) -> float:
+    """Find a weak light that lifts the noise off DN 0, where the black level does not."""
+    if dark.zero_fraction <= CLIPPED:
+        return weak
+    while weak < most and probe(weak).zero_fraction > CLIPPED / 2:
+        weak *= 1.25
+    return min(weak, most)
 
 
 def _saturation(probe: _Probe, dark: Level) -> tuple[Level, Level]:

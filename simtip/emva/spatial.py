@@ -67,8 +67,8 @@ def fit_pattern(
     base = _base(frames, transfer, dark_dn, bright)
     if base is None:
         return (
-            "the dark noise is below what whole DN resolve (0.24 DN^2), or is cut off at DN 0, "
-            "and no weakly lit mean frame was given"
+            "no mean frame up to a quarter of saturation is clear of DN 0 and noisy enough for "
+            "whole DN (0.24 DN^2): raise the black level, or add a weakly lit mean frame"
         )
     dark = base.level.photons == 0
     x1 = 0.0 if dark else base.level.mean_dn - dark_dn

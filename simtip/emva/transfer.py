@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.emva import rounding
-from simtip.emva.estimate import Array, Line, fit_line
+from simtip.emva.estimate import Z99, Array, Line, fit_line
 from simtip.emva.frames import Level
 
 CLIPPED = 1e-3
@@ -161,8 +162,8 @@ def fit_transfer(
     fit.begin(gain, black)
     for _ in range(_ROUNDS):
         fit.improve()
-    if fit.line.slope <= 0:
-        return "the temporal variance does not rise with the signal"
+    if fit.line.slope <= Z99 * math.sqrt(fit.line.covariance[1, 1]):
+        return "the temporal variance does not rise with the signal: there is no shot noise to see"
     return fit.transfer(peak)
 
 

@@ -11,10 +11,10 @@ from simtip.camera import Camera
 from simtip.geometry import Pose
 from simtip.lens import ThinLens
 from simtip.render.backend import Backend, activated, choose
-from simtip.render.view import Floats, Progress, View
+from simtip.render.view import Floats, Progress, Tolerance, View
 from simtip.spec import SceneSpec
 
-__all__ = ["Backend", "Progress", "View", "choose", "render_discs", "render_pair"]
+__all__ = ["Backend", "Progress", "Tolerance", "View", "choose", "render_discs", "render_pair"]
 
 
 def render_pair(
@@ -22,6 +22,7 @@ def render_pair(
     *,
     backend: Backend | None = None,
     seed: int | None = None,
+    tolerance: Tolerance | None = None,
     progress: Progress | None = None,
 ) -> tuple[View, View]:
     """Render the left and the right view of a scene.
@@ -35,6 +36,9 @@ def render_pair(
     seed
         Of the Monte-Carlo samples; by default the scene's own. Each camera has its own stream, and
         equal seeds give equal bits on one back end.
+    tolerance
+        How noisy which pixel may be, see `simtip.noise_budget`; without one, or with
+        ``render.noise: null``, every pixel that needs sampling takes `render.samples`.
     progress
         Called with the fraction done.
 
@@ -50,7 +54,7 @@ def render_pair(
             from simtip.render.serial import render_views
         else:
             from simtip.render.pair import render_views
-        return render_views(spec, backend, spec.seed if seed is None else seed, progress)
+        return render_views(spec, backend, spec.seed if seed is None else seed, tolerance, progress)
 
 
 def render_discs(

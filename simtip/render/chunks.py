@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.render.engine import dr, mi
+from simtip.render.engine import dr
 
 LAUNCH_SAMPLES = 1 << 21
 Report = Callable[[int], None]
@@ -24,15 +24,6 @@ def batches(items: NDArray[Item], samples: int) -> Iterator[NDArray[Item]]:
         yield items[start : start + step]
 
 
-def stratified(items: int, samples: int, seed: int) -> tuple[Any, Any]:
-    """Give a sampler, stratified within each item, and the item that each sample belongs to."""
-    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
-    sampler.set_samples_per_wavefront(samples)
-    sampler.seed(dr.opaque(mi.UInt32, seed), items * samples)
-    index = dr.arange(mi.UInt32, items * samples) // dr.opaque(mi.UInt32, samples)
-    return sampler, index
-
-
 def means(values: list[Any], samples: int) -> NDArray[np.float32]:
     """Average each value over every item's samples: (items, values).
 
@@ -44,8 +35,3 @@ def means(values: list[Any], samples: int) -> NDArray[np.float32]:
     averages: NDArray[np.float32] = np.stack(sums, axis=-1, dtype=np.float32)
     averages /= np.float32(samples)
     return averages
-
-
-def strata(samples: int) -> int:
-    """Round a sample count up to one that can be stratified in two dimensions."""
-    return int(mi.load_dict({"type": "multijitter", "sample_count": samples}).sample_count())

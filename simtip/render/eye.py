@@ -9,6 +9,7 @@ from simtip.geometry import Pose
 from simtip.lens import ThinLens
 from simtip.render.distortion import Distortion
 from simtip.render.engine import dr, mi
+from simtip.render.sobol import Points
 
 
 class Eye:
@@ -26,7 +27,8 @@ class Eye:
 
     def __init__(self, camera: Camera, T_wc: Pose, lens: ThinLens | None = None) -> None:
         K = camera.K
-        self.width = dr.opaque(mi.UInt32, camera.width)
+        self.columns = camera.width
+        self._width = dr.opaque(mi.UInt32, camera.width)
         self._fx, self._fy, self._cx, self._cy = (
             dr.opaque(mi.Float, float(v)) for v in (K[0, 0], K[1, 1], K[0, 2], K[1, 2])
         )
@@ -34,7 +36,7 @@ class Eye:
             mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in column]) for column in T_wc.R.T
         ]
         self.origin = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in T_wc.t])
-        self._distortion = Distortion(camera.distortion) if camera.distortion else None
+        self._distortion = Distortion(camera) if camera.distortion else None
         self._aperture: tuple[Any, Any] | None = None
         if lens is not None:
             radius, focus = lens.aperture_mm / 2, lens.focus_mm
@@ -53,21 +55,21 @@ class Eye:
         """
         return mi.Ray3f(self.origin, dr.normalize(self._towards(pixel, offset)))
 
-    def sample_rays(self, pixel: Any, sampler: Any) -> Any:
+    def sample_rays(self, pixel: Any, points: Points) -> Any:
         """Rays through a random point of each pixel and of the aperture."""
-        towards = self._towards(pixel, sampler.next_2d())
+        towards = self._towards(pixel, points.pixel())
         if self._aperture is None:
             return mi.Ray3f(self.origin, dr.normalize(towards))
         radius, focus = self._aperture
-        on_lens = radius * mi.warp.square_to_uniform_disk_concentric(sampler.next_2d())
+        on_lens = radius * mi.warp.square_to_uniform_disk_concentric(points.aperture())
         # Vectors throughout: a Point minus a Vector would be translated by later transforms.
         shift = on_lens.x * self.axes[0] + on_lens.y * self.axes[1]
         return mi.Ray3f(self.origin + shift, dr.normalize(focus * towards - shift))
 
     def _towards(self, pixel: Any, offset: Any) -> Any:
         """Give the world direction with camera z = 1."""
-        v = pixel // self.width
-        u = pixel - v * self.width
+        v = pixel // self._width
+        u = pixel - v * self._width
         x = ((mi.Float(u) - self._cx) + (offset.x - 0.5)) / self._fx
         y = ((mi.Float(v) - self._cy) + (offset.y - 0.5)) / self._fy
         if self._distortion is not None:

@@ -8,6 +8,7 @@ the corners of a penumbra that spans n grid steps.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +18,13 @@ from numpy.typing import NDArray
 
 from simtip.geometry import Array
 from simtip.render.board import Board
-from simtip.render.chunks import batches, means, stratified
+from simtip.render.chunks import batches, means
 from simtip.render.engine import dr, mi
+from simtip.render.illumination import direct, matt_point, room_ray
+from simtip.render.lamps import Lamp
 from simtip.render.progress import Tally
-from simtip.render.tube import Tube
+from simtip.render.sobol import Points, points_of
+from simtip.render.surround import Surround
 from simtip.seeding import seed32
 
 Floats = NDArray[np.float32]
@@ -30,11 +34,16 @@ PILOT_STEP_MM = 4.0
 PILOT_POINTS_MAX = 50_000
 SHADOW_MARGIN_MM = 6.0
 SAMPLES_PILOT = 64
-ROOM_STEP_MM = 2.0
+ROOM_STEPS_MM = (2.0, 40.0)
 ROOM_POINTS_MAX = 50_000
-SAMPLES_ROOM = 576
+ROOM_SAMPLES = (512, 8192)
+HEIGHT_STEPS = 4.0
+"""What something hides of the room changes over as many millimetres as it is off the board; so many
+grid steps there leave an error of under 1 % of that little."""
 SAMPLES_OPEN = 16
 SAMPLES_SHADOW = 256
+NOISE_WINDOW = 9
+"""Grid points, each way, over which the scatter of the values is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,126 +74,93 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class LightMap:
-    """Irradiance / pi per unit lamp radiance on a grid: (rows, columns, lamps + 1) float32."""
+    """Irradiance / pi per unit lamp radiance on a grid.
+
+    Attributes
+    ----------
+    grid
+        Where.
+    values
+        (rows, columns, groups) float32.
+    sd
+        Their Monte-Carlo standard deviation, likewise, from their scatter about their neighbours.
+    """
 
     grid: Grid
     values: Floats
-
-
-class Plane:
-    """The background's plane in the renderer's own numbers."""
-
-    def __init__(self, board: Board) -> None:
-        self._axes = [
-            mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in a]) for a in (board.x, board.y)
-        ]
-        self._normal = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
-        self._centre = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in board.centre])
-
-    def meet(self, ray: Any) -> Any:
-        """Where rays meet the plane, in the world."""
-        return ray(dr.dot(self._centre - ray.o, self._normal) / dr.dot(ray.d, self._normal))
-
-    def coordinates(self, point: Any) -> Any:
-        """Board coordinates (s, t), mm, of points of the plane."""
-        d = point - self._centre
-        return mi.Point2f(dr.dot(d, self._axes[0]), dr.dot(d, self._axes[1]))
-
-
-class Lookup(Plane):
-    """Light maps as the renderer reads them: the fine one where it reaches, else the coarse."""
-
-    def __init__(self, board: Board, fine: LightMap, coarse: LightMap) -> None:
-        super().__init__(board)
-        self.groups = fine.values.shape[-1]
-        self._levels = [self._level(fine), self._level(coarse)]
-
-    @staticmethod
-    def _level(level: LightMap) -> tuple[Any, Any, Any, Any]:
-        grid = level.grid
-        texture = mi.Texture2f(
-            mi.TensorXf(np.ascontiguousarray(level.values)),
-            filter_mode=dr.FilterMode.Linear,
-            wrap_mode=dr.WrapMode.Clamp,
-        )
-        corner = mi.Point2f([dr.opaque(mi.Float, float(v)) for v in grid.corner])
-        extent = mi.Point2f(
-            [dr.opaque(mi.Float, float(n * grid.step)) for n in (grid.columns, grid.rows)]
-        )
-        half_step = dr.opaque(mi.Float, grid.step / 2)
-        return texture, corner, extent, half_step
-
-    def at(self, point: Any, active: Any) -> list[Any]:
-        """Irradiance / pi per lamp and ambient at points of the board."""
-        st = self.coordinates(point)
-        (fine, corner, extent, half), (coarse, corner_c, extent_c, half_c) = self._levels
-        uv = (st - corner + half) / extent
-        uv_c = (st - corner_c + half_c) / extent_c
-        inside = dr.all((uv > 0) & (uv < 1))
-        near = fine.eval(uv, active & inside)
-        far = coarse.eval(uv_c, active & ~inside)
-        return [dr.select(inside, a, b) for a, b in zip(near, far, strict=True)]
+    sd: Floats
 
 
 class Illuminator:
-    """Sends light samples from points of the board to the lamps and the room."""
+    """Sends light samples from points of the board to the lamps and the room.
 
-    def __init__(self, scene: Any, tubes: tuple[Tube, ...], board: Board) -> None:
+    `height_mm` is how far off the board the nearest thing is that hides the room from it.
+    """
+
+    def __init__(
+        self, scene: Any, lamps: list[Lamp], surround: Surround, board: Board, height_mm: float
+    ) -> None:
+        self.height_mm = height_mm
         self._scene = scene
-        self._tubes = tubes
+        self._lamps = lamps
+        self._surround = surround
         self._board = board
-        self.groups = len(tubes) + 1
+        self._bodies = sum(len(lamp.bodies) for lamp in lamps)
+        self.groups = len(lamps) + 1
         self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
-    def _shares(
-        self, point: Any, sampler: Any, *, lamps: bool, room: bool
-    ) -> tuple[list[Any], Any]:
-        si = dr.zeros(mi.SurfaceInteraction3f)
-        si.p, si.n, si.t = point, self._normal, mi.Float(1)
-        dark = dr.zeros(mi.Float, dr.width(point))
-        shares, blocked = [] if lamps else [dark] * len(self._tubes), dark > 0
-        for tube in self._tubes if lamps else ():
-            sample = tube.sample(point, sampler.next_2d())
-            cosine = dr.dot(self._normal, sample.direction)
-            lit = (cosine > 0) & (sample.weight > 0)
-            shadow = lit & self._scene.ray_test(si.spawn_ray_to(sample.point), lit)
-            blocked |= shadow
-            shares.append(dr.select(lit & ~shadow, cosine * sample.weight * dr.inv_pi, 0))
-        if not room:
-            return [*shares, dark], blocked
-        towards = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
-        ray = si.spawn_ray(mi.Frame3f(self._normal).to_world(towards))
-        shares.append(dr.select(self._scene.ray_test(ray), mi.Float(0), 1))
-        return shares, blocked
+    def lamps(
+        self, st: Array, samples: int, seed: int, tally: Tally
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Give the lamps' irradiance / pi (n, groups) at board points (n, 2), and who saw a shadow.
 
-    def trace(
+        The ambient group, last, is 0.
+        """
+
+        def shares(si: Any, points: Points) -> list[Any]:
+            found, met = direct(self._lamps, self._scene, si, points)
+            return [*found, mi.Float(0), dr.select(met, mi.Float(1), 0)]
+
+        found = self._trace(shares, st, samples, seed, tally)
+        return found[:, :-1], found[:, -1] > 0
+
+    def open_room(self, st: Array, samples: int, seed: int, tally: Tally) -> Floats:
+        """Give the surroundings' irradiance / pi (n, groups) if nothing stood in the way."""
+
+        def shares(si: Any, points: Points) -> list[Any]:
+            return self._surround.light(room_ray(si, points), mi.Mask(True))
+
+        return self._trace(shares, st, samples, seed, tally)
+
+    def hidden_room(self, st: Array, samples: int, seed: int, tally: Tally) -> Floats:
+        """Give the part of `open_room` (n, groups) that needle and clutter keep off."""
+
+        def shares(si: Any, points: Points) -> list[Any]:
+            ray = room_ray(si, points)
+            met = self._scene.ray_test(ray)
+            return [dr.select(met, light, 0) for light in self._surround.light(ray, met)]
+
+        return self._trace(shares, st, samples, seed, tally)
+
+    def _trace(
         self,
+        shares: Callable[[Any, Points], list[Any]],
         st: Array,
         samples: int,
         seed: int,
         tally: Tally,
-        *,
-        lamps: bool = True,
-        room: bool = True,
-    ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Estimate irradiance / pi at board points (n, 2).
-
-        Gives (n, lamps + 1), 0 for what is left out; and (n,) whether a lamp met a shadow.
-        """
-        world = self._board.centre + st @ np.stack([self._board.x, self._board.y])
-        values = [np.zeros((0, self.groups), np.float32)]
-        shadows = [np.zeros(0, np.bool_)]
-        for k, part in enumerate(batches(world.astype(np.float32), samples)):
-            sampler, index = stratified(len(part), samples, seed32(seed, k))
-            point = mi.Point3f(
-                [dr.gather(mi.Float, mi.Float(part[:, j].copy()), index) for j in range(3)]
-            )
-            shares, blocked = self._shares(point, sampler, lamps=lamps, room=room)
-            found = means([*shares, dr.select(blocked, mi.Float(1), 0)], samples)
-            values.append(found[:, :-1])
-            shadows.append(found[:, -1] > 0)
+    ) -> Floats:
+        world = self._board.points(st).astype(np.float32)
+        values = []
+        for part in batches(np.arange(len(st), dtype=np.uint32), samples):
+            points, index = points_of(part, samples, seed, self._bodies)
+            place = world[part]
+            p = [dr.gather(mi.Float, mi.Float(place[:, j].copy()), index) for j in range(3)]
+            zero = dr.zeros(mi.Float, dr.width(index))
+            found = shares(matt_point(mi.Point3f(p), self._normal), points)
+            values.append(means([value + zero for value in found], samples))
             tally.add(len(part) * samples)
-        return np.concatenate(values), np.concatenate(shadows)
+        return np.concatenate(values) if values else np.zeros((0, self.groups + 1), np.float32)
 
 
 def limited_step(low: Array, high: Array, step: float, points: int) -> float:
@@ -192,35 +168,21 @@ def limited_step(low: Array, high: Array, step: float, points: int) -> float:
     return max(step, float(np.sqrt(np.prod(high - low) / points)))
 
 
-def _shadow_pilot(
-    light: Illuminator, low: Array, high: Array, seed: int
-) -> tuple[Grid, NDArray[np.bool_]]:
-    """Find roughly where the needle's shadows fall; only the effort depends on it, no value."""
-    grid = Grid.covering(low, high, limited_step(low, high, PILOT_STEP_MM, PILOT_POINTS_MAX))
-    _, met = light.trace(grid.points(), SAMPLES_PILOT, seed, Tally(None), room=False)
-    reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / grid.step)) + 1
-    mask = met.reshape(grid.rows, grid.columns).astype(np.uint8)
-    return grid, cv2.dilate(mask, np.ones((reach, reach), np.uint8)) > 0
+def scatter(values: Floats) -> Floats:
+    """Give the standard deviation of the noise in (rows, columns, n) values, where they are smooth.
 
-
-def _room_light(
-    light: Illuminator, grid: Grid, low: Array, high: Array, seed: int, tally: Tally
-) -> Floats:
-    """Give the room's light at the points of a grid (rows, columns).
-
-    What the needle hides of the room changes over as many millimetres as the needle is off the
-    board, so that a wider grid serves, with more samples: few of them are hidden.
+    From second differences both ways, which planes and cylinders leave at zero, averaged over a
+    window: J. Immerkaer, "Fast noise variance estimation", CVIU 64 (1996). Whatever else bends
+    both ways counts as noise.
     """
-    step = max(grid.step, limited_step(low, high, ROOM_STEP_MM, ROOM_POINTS_MAX))
-    wide = Grid.covering(low, high, step)
-    points = wide.points()
-    tally.plan(len(points) * SAMPLES_ROOM)
-    found, _ = light.trace(points, SAMPLES_ROOM, seed, tally, lamps=False)
-    where = ((grid.points() - wide.corner) / wide.step).astype(np.float32)
-    u, v = where.reshape(grid.rows, grid.columns, 2).transpose(2, 0, 1)
-    values = np.ascontiguousarray(found[:, -1].reshape(wide.rows, wide.columns))
-    room = cv2.remap(values, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(room, np.float32)
+    kernel = np.array([1.0, -2.0, 1.0], np.float32)
+    if not values.shape[-1]:
+        return values
+    bent = cv2.sepFilter2D(values, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_REFLECT_101)
+    window = (NOISE_WINDOW, NOISE_WINDOW)
+    squares = cv2.blur(bent * bent, window, borderType=cv2.BORDER_REFLECT)
+    sd: Floats = np.sqrt(np.maximum(squares.reshape(values.shape), 0) / 36)
+    return sd
 
 
 def light_map(
@@ -236,9 +198,70 @@ def light_map(
     tally.plan(sum(int(chosen.sum()) * samples for _, chosen, samples in parts))
     values = np.zeros((len(points), light.groups), np.float32)
     for name, chosen, samples in parts:
-        values[chosen], _ = light.trace(
-            points[chosen], samples, seed32(seed, name), tally, room=False
-        )
+        if chosen.any():
+            values[chosen], _ = light.lamps(points[chosen], samples, seed32(seed, name), tally)
     layers: Floats = values.reshape(grid.rows, grid.columns, -1)
-    layers[..., -1] = _room_light(light, grid, low, high, seed32(seed, "room"), tally)
-    return LightMap(grid, layers)
+    sd = scatter(layers)
+    room, room_sd = _room_light(light, grid, low, high, seed32(seed, "room"), tally)
+    return LightMap(grid, layers + room, np.hypot(sd, room_sd))
+
+
+def _shadow_pilot(
+    light: Illuminator, low: Array, high: Array, seed: int
+) -> tuple[Grid, NDArray[np.bool_]]:
+    """Find roughly where shadows fall; only the effort depends on it, no value."""
+    grid = Grid.covering(low, high, limited_step(low, high, PILOT_STEP_MM, PILOT_POINTS_MAX))
+    _, met = light.lamps(grid.points(), SAMPLES_PILOT, seed, Tally(None))
+    reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / grid.step)) + 1
+    mask = met.reshape(grid.rows, grid.columns).astype(np.uint8)
+    return grid, cv2.dilate(mask, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _room_light(
+    light: Illuminator, grid: Grid, low: Array, high: Array, seed: int, tally: Tally
+) -> tuple[Floats, Floats]:
+    """Give the surroundings' light at the points of a grid (rows, columns, groups), and its noise.
+
+    All of it, as if nothing stood before the board, is smooth and takes few points with many
+    samples; so does what hangs high above the board hide of it.
+    """
+    finest, widest = ROOM_STEPS_MM
+    step = float(np.clip(light.height_mm / HEIGHT_STEPS, finest, widest))
+    fewest, most = ROOM_SAMPLES
+    samples = int(min(most, fewest * (step / finest) ** 2))
+    hidden, hidden_sd = _spread(
+        light.hidden_room, samples, step, grid, low, high, seed32(seed, "hid"), tally
+    )
+    whole, whole_sd = _spread(
+        light.open_room, most, widest, grid, low, high, seed32(seed, "all"), tally
+    )
+    return whole - hidden, np.hypot(whole_sd, hidden_sd)
+
+
+def _spread(
+    trace: Callable[[Array, int, int, Tally], Floats],
+    samples: int,
+    step: float,
+    grid: Grid,
+    low: Array,
+    high: Array,
+    seed: int,
+    tally: Tally,
+) -> tuple[Floats, Floats]:
+    """Trace on a wider grid, and interpolate its values and their noise at the points of `grid`."""
+    step = max(grid.step, limited_step(low, high, step, ROOM_POINTS_MAX))
+    wide = Grid.covering(low, high, step)
+    points = wide.points()
+    tally.plan(len(points) * samples)
+    found = trace(points, samples, seed, tally).reshape(wide.rows, wide.columns, -1)
+    where = ((grid.points() - wide.corner) / wide.step).astype(np.float32)
+    u, v = where.reshape(grid.rows, grid.columns, 2).transpose(2, 0, 1)
+
+    def at_grid(values: Floats) -> Floats:
+        layers = [
+            cv2.remap(layer, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            for layer in np.moveaxis(values, -1, 0)
+        ]
+        return np.stack(layers, axis=-1).astype(np.float32)
+
+    return at_grid(found), at_grid(scatter(found))

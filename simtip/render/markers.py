@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose
 from simtip.lens import ThinLens
-from simtip.render.chunks import batches, means, stratified
+from simtip.render.chunks import batches, means
 from simtip.render.engine import dr, mi
 from simtip.render.eye import Eye
 from simtip.render.progress import Tally
 from simtip.render.serial import RowCamera, whole_image
+from simtip.render.sobol import points_of
 from simtip.render.view import Floats
-from simtip.seeding import seed32
 
 
 def render(
@@ -57,11 +57,9 @@ def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
 
 def _render(scene: Any, eye: Eye, camera: Camera, samples: int, seed: int) -> Floats:
     image = []
-    for k, part in enumerate(
-        batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples)
-    ):
-        sampler, index = stratified(len(part), samples, seed32(seed, k))
-        ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
+    for part in batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples):
+        points, index = points_of(part, samples, seed, lamps=0)
+        ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), points)
         bright = dr.select(scene.ray_test(ray), mi.Float(1), 0)
         image.append(means([bright], samples))
     return np.concatenate(image).reshape(camera.height, camera.width)

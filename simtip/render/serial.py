@@ -25,17 +25,19 @@ from simtip.footprint import footprint
 from simtip.geometry import Array, Pose
 from simtip.render.backend import Backend
 from simtip.render.board import Board
-from simtip.render.chunks import strata
 from simtip.render.engine import mi
+from simtip.render.noise import Noise
 from simtip.render.progress import Tally
-from simtip.render.view import Progress, View
+from simtip.render.view import Progress, Tolerance, View
 from simtip.render.world import stock_scene
 from simtip.seeding import seed32
-from simtip.spec import SceneSpec
+from simtip.spec import PointLamp, SceneSpec
 
 Floats = NDArray[np.float32]
 
 SAMPLES_OPEN = 16
+SAMPLES_NEEDLE = 256
+"""At most: it has no noise to aim at."""
 MARGIN_PX = 2
 SMOOTH_PX = 3
 FAR_MM = 1e5
@@ -123,15 +125,14 @@ class RowCamera:
 
 
 def render_views(
-    spec: SceneSpec, backend: Backend, seed: int, progress: Progress | None
+    spec: SceneSpec,
+    backend: Backend,
+    seed: int,
+    tolerance: Tolerance | None,  # noqa: ARG001 (here the number of samples is fixed)
+    progress: Progress | None,
 ) -> tuple[View, View]:
     """Render left and right; see `simtip.render.render_pair`."""
-    for camera_spec in (spec.rig.left, spec.rig.right):
-        if camera_spec.lens.distortion or camera_spec.lens.focus_mm is not None:
-            raise BackendError(
-                "the scalar back end renders pinholes only, without lens.distortion or "
-                "lens.focus_mm; `simtip doctor` says how to get another"
-            )
+    _require_simple(spec)
     rig = spec.rig.rig()
     tally = Tally(progress)
     jobs = [("left", rig.left, Pose.identity()), ("right", rig.right, rig.T_lr)]
@@ -140,7 +141,7 @@ def render_views(
         footprint(spec.needle.needle(), T_wc.inverse() @ spec.needle.pose(), camera, MARGIN_PX)
         for _, camera, T_wc in jobs
     ]
-    samples = strata(spec.render.samples)
+    samples = _strata(min(spec.render.samples, SAMPLES_NEEDLE))
     for mask in masks:
         tally.plan(groups * mask.size * SAMPLES_OPEN)
         tally.plan((2 * groups + 1) * _around(mask).pixels * samples)
@@ -149,6 +150,40 @@ def render_views(
         for (name, camera, T_wc), mask in zip(jobs, masks, strict=True)
     )
     return left, right
+
+
+def _require_simple(spec: SceneSpec) -> None:
+    """Refuse what stock integrators and a pinhole by rows cannot do."""
+    cameras = (spec.rig.left, spec.rig.right)
+    beyond = {
+        "lens.distortion": any(camera.lens.distortion for camera in cameras),
+        "lens.focus_mm": any(camera.lens.focus_mm is not None for camera in cameras),
+        "room": spec.room is not None,
+        "clutter": spec.clutter != type(spec.clutter)(),
+        "a textured background": spec.background.textured() or spec.background.wrinkles,
+        "roughness_along": spec.needle.material.roughness_along is not None,
+        "point lamps": any(isinstance(lamp, PointLamp) for lamp in spec.lamps),
+    }
+    asked = [name for name, is_asked in beyond.items() if is_asked]
+    if asked:
+        raise BackendError(
+            f"the scalar back end does not render {', '.join(asked)}; "
+            "`simtip doctor` says how to get another"
+        )
+
+
+def _unknown_noise(shape: tuple[int, ...]) -> Noise:
+    """Say that the error is not known: NaN everywhere."""
+    none = np.zeros(0, np.uint32)
+    groups = shape[0]
+    return Noise(
+        np.full(shape, np.nan, np.float32), none, np.zeros((0, groups, groups), np.float32), none
+    )
+
+
+def _strata(samples: int) -> int:
+    """Round a sample count up to one that can be stratified in two dimensions."""
+    return int(mi.load_dict({"type": "multijitter", "sample_count": samples}).sample_count())
 
 
 def _around(mask: NDArray[np.bool_]) -> Rows:
@@ -200,7 +235,9 @@ def _render_view(
         lamps=lamps,
         response=response,
         coverage=coverage,
+        clutter=np.zeros(mask.shape, np.float32),
         depth_mm=_depth(spec, glowing, camera, T_wc, mask),
+        noise=_unknown_noise(response.shape[:3]),
         backend=backend.variant,
     )
 

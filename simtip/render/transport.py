@@ -1,11 +1,11 @@
-"""Light transport of this scene: what one camera ray brings back, per lamp.
+"""Light transport of this scene: what one camera ray brings back, per light group.
 
-A path is camera - [needle -] background - lamp, camera - needle - lamp, or camera - lamp. Each lamp
-is sampled on its own, so that its noise does not grow with their number (on the needle they share
-the mirrored ray, and their noise is correlated); the background's light comes
-from `simtip.render.lightmap`. Left out: light that reaches the background by way of the needle
-(caustics, under 0.4 % of the background close to the needle), and light from the background by way
-of the room (`ambient` stands for the room).
+A path is camera - [needle -] surface - lamp, camera - needle - lamp, or camera - lamp, where a
+surface is the background, clutter or a wall. Each lamp is sampled on its own, so that its noise
+does not grow with their number (on the needle they share the mirrored ray, and their noise is
+correlated); the background's light comes from `simtip.render.lightmap`. Left out: light that
+reaches the background by way of the needle (caustics, under 0.4 % of the background close to the
+needle), and light from the background by way of the room (`ambient` stands for that).
 
 All results are radiance per unit lamp radiance: light is linear, so lamp power, exposure and colour
 are applied afterwards without rendering again.
@@ -15,48 +15,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from simtip.render.backdrop import Backdrop
 from simtip.render.engine import dr, mi
-from simtip.render.lightmap import Lookup
+from simtip.render.illumination import direct, matt_point, room_ray
+from simtip.render.sobol import Points
 from simtip.render.world import World
 
 Vec = Any  # a Dr.Jit array of the active variant: these types exist only once it is set
-
-
-def seen_lamps(world: World, ray: Vec, si: Vec) -> list[Vec]:
-    """Say which lamp each ray meets from outside, and whether it leaves the scene (last)."""
-    hits = [
-        si.is_valid() & (si.shape == tube.shape) & (dr.dot(si.n, ray.d) < 0) for tube in world.tubes
-    ]
-    return [*hits, ~si.is_valid()]
-
-
-def metal(world: World, light: Lookup, si: Vec, sampler: Vec, active: Vec) -> list[Vec]:
-    """Radiance that the needle mirrors: lamps (by both techniques, weighted), background, room."""
-    context = mi.BSDFContext()
-    albedo = mi.Color3f(world.albedo.tolist())
-    shares = [mi.Color3f(0) for _ in range(len(world.tubes) + 1)]
-    for k, tube in enumerate(world.tubes):
-        sample = tube.sample(si.p, sampler.next_2d())
-        value, pdf = world.metal.eval_pdf(context, si, si.to_local(sample.direction), active)
-        lit = active & (sample.weight > 0) & (pdf > 0)
-        lit &= ~world.scene.ray_test(si.spawn_ray_to(sample.point), lit)
-        weight = sample.weight * power_heuristic(sample.pdf, pdf)
-        shares[k] += dr.select(lit, value * weight, 0)
-
-    mirrored, value = world.metal.sample(context, si, sampler.next_1d(), sampler.next_2d(), active)
-    lobe = active & (mirrored.pdf > 0)
-    ray = si.spawn_ray(si.to_world(mirrored.wo))
-    there = world.scene.ray_intersect(ray, lobe)
-    *lamps, free = seen_lamps(world, ray, there)
-    for k, (tube, hit) in enumerate(zip(world.tubes, lamps, strict=True)):
-        other = tube.pdf(si.p, there.p, there.n)
-        shares[k] += dr.select(lobe & hit, value * power_heuristic(mirrored.pdf, other), 0)
-    shares[-1] += dr.select(lobe & free, value, 0)
-
-    matt = lobe & on_background(world, ray, there)
-    for k, lit in enumerate(light.at(there.p, matt)):
-        shares[k] += dr.select(matt, value * albedo * lit, 0)
-    return shares
 
 
 def on_background(world: World, ray: Vec, si: Vec) -> Vec:
@@ -64,18 +29,99 @@ def on_background(world: World, ray: Vec, si: Vec) -> Vec:
     return si.is_valid() & (si.shape == world.background) & (dr.dot(si.n, ray.d) < 0)
 
 
-def radiance(world: World, light: Lookup, ray: Vec, sampler: Vec) -> tuple[list[Vec], Vec]:
-    """Radiance per lamp (and ambient, last), and whether each ray meets the needle."""
+def on_clutter(world: World, si: Vec, *, in_view: bool | None = None) -> Vec:
+    """Say which rays meet clutter: any, or only what does or does not belong in the picture."""
+    met = mi.Mask(False)
+    for thing in world.clutter:
+        if in_view is None or thing.in_view == in_view:
+            met |= si.shape == thing.shape
+    return met & si.is_valid()
+
+
+def without_lamps(world: World, backdrop: Backdrop, ray: Vec, si: Vec) -> tuple[list[Vec], Vec]:
+    """Give what rays that met `si` bring from background and surroundings, and prints' coverage."""
+    matt = on_background(world, ray, si)
+    lit, printed = backdrop.radiance(si.p, matt)
+    free = ~si.is_valid()
+    beyond = world.surround.light(ray, free)
+    shares = [
+        dr.select(matt, a, 0) + dr.select(free, mi.Color3f(b), 0)
+        for a, b in zip(lit, beyond, strict=True)
+    ]
+    return shares, dr.select(matt, printed, 0)
+
+
+def metal(
+    world: World, backdrop: Backdrop, ray: Vec, si: Vec, points: Points, active: Vec
+) -> list[Vec]:
+    """Give the radiance that the needle mirrors: lamps (by both techniques, weighted), all else."""
+    context = mi.BSDFContext()
+    si = world.brushed(si, ray)
+    shares = [mi.Color3f(0) for _ in range(len(world.lamps) + 1)]
+    for k, lamp in enumerate(world.lamps):
+        for number, body in lamp.bodies:
+            sample = body.sample(si.p, points.lamp(number))
+            value, pdf = world.metal.eval_pdf(context, si, si.to_local(sample.direction), active)
+            lit = active & (sample.weight > 0) & (pdf > 0)
+            lit &= ~world.scene.ray_test(si.spawn_ray_to(sample.point), lit)
+            weight = sample.weight * power_heuristic(sample.pdf, pdf)
+            shares[k] += dr.select(lit, value * weight, 0)
+
+    choice, xi = points.lobe()
+    mirrored, value = world.metal.sample(context, si, choice, xi, active)
+    lobe = active & (mirrored.pdf > 0)
+    away = si.spawn_ray(si.to_world(mirrored.wo))
+    there = world.scene.ray_intersect(away, lobe)
+    for k, lamp in enumerate(world.lamps):
+        for hit, body in lamp.hits(there, away):
+            other = body.pdf(si.p, there.p, there.n)
+            shares[k] += dr.select(lobe & hit, value * power_heuristic(mirrored.pdf, other), 0)
+    seen, _ = without_lamps(world, backdrop, away, there)
+    mirrored_clutter = lobe & on_clutter(world, there)
+    for k, share in enumerate(seen):
+        shares[k] += dr.select(lobe, value * share, 0)
+    if world.clutter:
+        # Clutter lies near the board: in the mirror it is lit as the board beneath it.
+        st = backdrop.coordinates(there.p)
+        for k, light in enumerate(backdrop.light(st, mirrored_clutter)):
+            albedo = there.bsdf().eval_diffuse_reflectance(there, mirrored_clutter)
+            shares[k] += dr.select(mirrored_clutter, value * albedo * light, 0)
+    return shares
+
+
+def matt(world: World, backdrop: Backdrop, si: Vec, points: Points, active: Vec) -> list[Vec]:
+    """Give the radiance of clutter: lamps, room, and what the board throws back at it."""
+    place = matt_point(si.p, si.n)
+    lit, _ = direct(world.lamps, world.scene, place, points)
+    away = room_ray(place, points)
+    there = world.scene.ray_intersect(away, active)
+    back, _ = without_lamps(world, backdrop, away, there)
+    albedo = si.bsdf().eval_diffuse_reflectance(si, active)
+    return [
+        dr.select(active, albedo * (share + other), 0)
+        for share, other in zip([*lit, mi.Float(0)], back, strict=True)
+    ]
+
+
+def radiance(
+    world: World, backdrop: Backdrop, ray: Vec, points: Points
+) -> tuple[list[Vec], Vec, Vec]:
+    """Give radiance per group (ambient last), and whether rays meet the needle, or clutter."""
     si = world.scene.ray_intersect(ray)
     needle = si.is_valid() & (si.instance == world.needle)
-    shares = metal(world, light, si, sampler, needle)
-    matt = on_background(world, ray, si)
-    albedo = mi.Color3f(world.albedo.tolist())
-    for k, lit in enumerate(light.at(si.p, matt)):
-        shares[k] += dr.select(matt, albedo * lit, 0)
-    for k, hit in enumerate(seen_lamps(world, ray, si)):
-        shares[k] += dr.select(hit, mi.Color3f(1), 0)
-    return shares, needle
+    shares, printed = without_lamps(world, backdrop, ray, si)
+    for k, share in enumerate(metal(world, backdrop, ray, si, points, needle)):
+        shares[k] += share
+    if world.clutter:
+        cluttered = on_clutter(world, si)
+        for k, share in enumerate(matt(world, backdrop, si, points, cluttered)):
+            shares[k] += share
+        seen = on_clutter(world, si, in_view=True)
+        printed = dr.select(seen, 1, printed)
+    for k, lamp in enumerate(world.lamps):
+        for hit, _ in lamp.hits(si, ray):
+            shares[k] += dr.select(hit, mi.Color3f(1), 0)
+    return shares, dr.select(needle, mi.Float(1), 0), printed
 
 
 def power_heuristic(pdf: Vec, other: Vec) -> Vec:

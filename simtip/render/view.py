@@ -8,11 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.mix import mix, weights
+from simtip.render.noise import Noise
 from simtip.spec import SceneSpec
 
 Floats = NDArray[np.float32]
 Progress = Callable[[float], None]
 """Called with the fraction done, 0 to 1."""
+
+Tolerance = Callable[[Floats, Floats | None], Floats]
+"""From mixed radiance (n, 3), and the background's (3,) if any is in view, to the standard
+deviation (n,) that Monte-Carlo noise may have in the mean over the channels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +33,12 @@ class View:
         (lamps, H, W, 3) float32, radiance per unit radiance of each lamp; channels r g b.
     coverage
         (H, W) float32, the part of each pixel that the needle covers, 0 to 1.
+    clutter
+        (H, W) float32, the part of each pixel that clutter covers, printed or solid.
     depth_mm
         (H, W) float32, camera z of the nearest surface at the pixel's centre; inf where none.
+    noise
+        Monte-Carlo error of every pixel.
     backend
         What rendered it.
     """
@@ -36,15 +46,12 @@ class View:
     lamps: tuple[str, ...]
     response: Floats
     coverage: Floats
+    clutter: Floats
     depth_mm: Floats
+    noise: Noise
     backend: str
 
     def radiance(self, spec: SceneSpec) -> Floats:
-        """Mix the lamps at the scene's powers: (H, W, 3) float32, W m^-2 sr^-1 per channel."""
-        total = np.zeros(self.response.shape[1:], np.float32)
-        power = {lamp.name: lamp.radiance() for lamp in spec.lamps}
-        power["ambient"] = np.array(spec.ambient.radiance_w_m2_sr)
-        for name, response in zip(self.lamps, self.response, strict=True):
-            if power[name].any():
-                total += response * power[name].astype(np.float32)
-        return total
+        """Mix the lamps as the scene has them: (H, W, 3) float32, W m^-2 sr^-1 per channel."""
+        power = weights(spec, self.response.shape[1])
+        return mix(self.response, [power[name] for name in self.lamps])

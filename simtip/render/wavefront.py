@@ -7,17 +7,20 @@ the mean of its own samples: no splatting, and equal seeds give equal bits.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.render.chunks import Report, batches, means, stratified
+from simtip.render.backdrop import Backdrop, Plane
+from simtip.render.chunks import batches, means
 from simtip.render.engine import dr, mi
+from simtip.render.estimate import Estimates, Goal, Layout, estimate
 from simtip.render.eye import Eye
-from simtip.render.lightmap import Lookup, Plane
+from simtip.render.progress import Tally
+from simtip.render.sobol import Points, points_of
 from simtip.render.transport import radiance
 from simtip.render.world import World
-from simtip.seeding import seed32
 
 NUDGE_PX = 1e-3
 
@@ -27,46 +30,64 @@ Pixels = NDArray[np.uint32]
 
 def render_pixels(
     world: World,
-    light: Lookup,
+    backdrop: Backdrop,
     eye: Eye,
     pixels: Pixels,
-    samples: int,
+    goal: Goal,
     seed: int,
-    report: Report,
-) -> tuple[Floats, Floats]:
-    """Radiance (n, lamps + 1, 3) per unit lamp radiance and needle coverage (n,) of pixels."""
-    lights, covers = [], []
-    for k, part in enumerate(batches(pixels, samples)):
-        sampler, index = stratified(len(part), samples, seed32(seed, k))
-        ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
-        shares, needle = radiance(world, light, ray, sampler)
-        flat = [channel for share in shares for channel in share]
-        found = means([*flat, dr.select(needle, mi.Float(1), 0)], samples)
-        lights.append(found[:, :-1].reshape(len(part), -1, 3))
-        covers.append(found[:, -1])
-        report(len(part) * samples)
-    if not lights:
-        return np.zeros((0, len(world.tubes) + 1, 3), np.float32), np.zeros(0, np.float32)
-    return np.concatenate(lights), np.concatenate(covers)
+    tally: Tally,
+) -> Estimates:
+    """Estimate pixels in full: needle, clutter, lamps and all that lies behind."""
+
+    def tracer(pixel: Any, points: Points) -> list[Any]:
+        ray = eye.sample_rays(pixel, points)
+        shares, needle, clutter = radiance(world, backdrop, ray, points)
+        return [*(channel for share in shares for channel in share), needle, clutter]
+
+    layout = Layout(eye.columns, backdrop.groups, world.bodies)
+    return estimate(tracer, pixels, layout, goal, seed, tally)
 
 
 def render_open(
-    light: Lookup, eye: Eye, pixels: Pixels, samples: int, seed: int, report: Report
-) -> Floats:
-    """Irradiance / pi of the background (n, lamps + 1) at pixels that show nothing else.
+    backdrop: Backdrop, eye: Eye, pixels: Pixels, samples: int, seed: int, tally: Tally
+) -> tuple[Floats, Floats, Floats]:
+    """Give the background at pixels that show nothing else.
 
     One sample is the pixel's centre seen through a pinhole.
+
+    Returns
+    -------
+    gray
+        (n, groups) radiance over the board's mean albedo.
+    printed
+        (n,) how much prints cover.
+    relative_sd
+        (n,) of the noise that the paper's detail makes in the mean of these samples, over the
+        value; an upper estimate. Zeros where there is none.
     """
-    parts = [np.zeros((0, light.groups), np.float32)]
-    for k, part in enumerate(batches(pixels, samples)):
+    n = len(pixels)
+    found = [np.zeros((0, backdrop.groups + 2), np.float32)]
+    for part in batches(pixels, samples):
         if samples == 1:
             ray = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
         else:
-            sampler, index = stratified(len(part), samples, seed32(seed, k))
-            ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), sampler)
-        parts.append(means(light.at(light.meet(ray), mi.Mask(True)), samples))
-        report(len(part) * samples)
-    return np.concatenate(parts)
+            points, index = points_of(part, samples, seed, 0)
+            ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), points)
+        shares, prints = backdrop.gray(backdrop.meet(ray), mi.Mask(True))
+        total = shares[0]
+        for share in shares[1:]:
+            total = total + share
+        prints = prints + dr.zeros(mi.Float, dr.width(total))
+        found.append(means([*shares, prints, total * total], samples))
+        tally.add(len(part) * samples)
+    every: Floats = np.concatenate(found)
+    gray, printed, squares = every[:, :-2], every[:, -2], every[:, -1]
+    if backdrop.texture is None or samples == 1:
+        return gray, printed, np.zeros(n, np.float32)
+    mean = gray.sum(axis=1, dtype=np.float32)
+    variance = np.maximum(squares - mean**2, 0) / np.float32(samples - 1)
+    relative: Floats = np.sqrt(variance) / np.maximum(mean, np.float32(1e-30))
+    return gray, printed, relative
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +102,7 @@ class FirstHits:
     """(n, 2) where the ray meets the background's plane, board coordinates, mm."""
 
 
-def first_hits(world: World, light_plane: Plane, eye: Eye, pixels: int) -> FirstHits:
+def first_hits(world: World, plane: Plane, eye: Eye, pixels: int) -> FirstHits:
     """Look through pixel centres."""
     depths, boards, places = [], [], []
     for part in batches(np.arange(pixels, dtype=np.uint32), 1):
@@ -95,7 +116,7 @@ def first_hits(world: World, light_plane: Plane, eye: Eye, pixels: int) -> First
         z = dr.select(hit.is_valid(), t * dr.dot(ray.d, eye.axes[2]), dr.inf)
         board = hit.is_valid() & (hit.shape == world.background)
         board &= dr.dot(ray.d, world.board_normal) < 0
-        st = light_plane.coordinates(light_plane.meet(ray))
+        st = plane.coordinates(plane.meet(ray))
         dr.eval(z, board, st)
         depths.append(z.numpy())
         boards.append(board.numpy())

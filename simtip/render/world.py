@@ -5,20 +5,36 @@ World units are millimetres; radiance is per unit lamp radiance (see `simtip.ren
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from simtip.clutter import ClutterObject
 from simtip.geometry import Array, Pose, unit
-from simtip.needle import Needle
+from simtip.needle import Faces, Needle
 from simtip.render.board import Board
 from simtip.render.engine import dr, mi
-from simtip.render.metal import METALS, at_wavelengths
-from simtip.render.tube import Tube
-from simtip.spec import BackgroundSpec, NeedleMaterial, SceneSpec, TubeLamp
+from simtip.render.lamps import Lamp, bind, lamps_of
+from simtip.render.metal import channel_index, film_tint
+from simtip.render.surround import EvenRoom, Surround, WalledRoom
+from simtip.seeding import seed32
+from simtip.spec import BackgroundSpec, NeedleMaterial, SceneSpec, SensorSpec
+
+BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+LEAST_SINE = 1e-3
+"""Where the needle's face is square to the brushing there is no direction."""
 
 GLOW = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
+
+
+@dataclass(frozen=True)
+class Thing:
+    """A piece of clutter: `mitsuba.ShapePtr`, and whether it belongs in the picture."""
+
+    shape: Any
+    in_view: bool
 
 
 @dataclass(frozen=True)
@@ -35,22 +51,48 @@ class World:
         `mitsuba.ShapePtr`.
     metal
         `mitsuba.BSDF` of the needle.
-    albedo
-        (3,) of the background.
-    board, board_normal
-        The background's plane, and its normal as the renderer reads it.
-    tubes
-        The lamps.
+    brush
+        Direction along which the needle is brushed, or None.
+    board
+        The background's plane.
+    board_normal
+        Its normal as the renderer reads it.
+    lamps
+        The light groups.
+    surround
+        What lies around.
+    clutter
+        Solid things that are neither needle nor background.
     """
 
     scene: Any
     needle: Any
     background: Any
     metal: Any
-    albedo: Array
+    brush: Any
     board: Board
     board_normal: Any
-    tubes: tuple[Tube, ...]
+    lamps: list[Lamp]
+    surround: Surround
+    clutter: list[Thing]
+
+    @property
+    def bodies(self) -> int:
+        """How many emitters are sampled."""
+        return sum(len(lamp.bodies) for lamp in self.lamps)
+
+    def brushed(self, si: Any, ray: Any) -> Any:
+        """Turn the interaction's frame so that its second axis runs along the brushing."""
+        if self.brush is None:
+            return si
+        across = dr.cross(self.brush, si.sh_frame.n)
+        length = dr.norm(across)
+        there = length > LEAST_SINE
+        s = dr.select(there, across / length, si.sh_frame.s)
+        si.sh_frame.s = s
+        si.sh_frame.t = dr.cross(si.sh_frame.n, s)
+        si.wi = si.to_local(-ray.d)
+        return si
 
 
 def needle_mesh(needle: Needle, T_an: Pose, parts: dict[str, Any]) -> Any:
@@ -59,26 +101,25 @@ def needle_mesh(needle: Needle, T_an: Pose, parts: dict[str, Any]) -> Any:
     The faces are flat: there are enough of them (`simtip.needle.SEGMENTS`).
     """
     vertices, faces = needle.surface()
-    vertices = T_an.apply(vertices)
-    props = mi.Properties()
-    for key, part in parts.items():
-        props[key] = mi.load_dict(part) if isinstance(part, dict) else part
-    shape = mi.Mesh("needle", len(vertices), len(faces), props=props)
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = np.ascontiguousarray(vertices, dtype=np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(faces, dtype=np.uint32).ravel()
-    parameters.update()
-    return shape
+    return mesh_of("needle", T_an.apply(vertices), faces, parts)
 
 
-def metal_bsdf(material: NeedleMaterial, wavelength_nm: tuple[float, float, float]) -> Any:
-    """Build the needle's rough conductor from measured n and k at the channels' wavelengths."""
-    n, k = at_wavelengths(METALS[material.metal], wavelength_nm)
+def metal_bsdf(material: NeedleMaterial, sensor: SensorSpec) -> Any:
+    """Build the needle's rough conductor from measured n and k, as the sensor's channels see it."""
+    n, k = channel_index(material.metal, sensor)
+    alpha = (
+        {"alpha": material.roughness}
+        if material.roughness_along is None
+        else {"alpha_u": material.roughness, "alpha_v": material.roughness_along}
+    )
+    tint = film_tint(n, k, material.oxide_nm, sensor)
+    film = {} if tint is None else {"specular_reflectance": {"type": "rgb", "value": tint.tolist()}}
     return mi.load_dict(
         {
             "type": "roughconductor",
             "distribution": "ggx",
-            "alpha": material.roughness,
+            **alpha,
+            **film,
             "eta": {"type": "rgb", "value": n.tolist()},
             "k": {"type": "rgb", "value": k.tolist()},
         }
@@ -96,18 +137,26 @@ def _board(background: BackgroundSpec) -> dict[str, Any]:
     }
 
 
-def _tube(lamp: TubeLamp, *, lit: bool) -> dict[str, Any]:
-    half = unit(np.array(lamp.direction)) * lamp.length_mm / 2
-    centre = np.array(lamp.centre_mm)
-    shape: dict[str, Any] = {
-        "type": "cylinder",
-        "p0": (centre - half).tolist(),
-        "p1": (centre + half).tolist(),
-        "radius": lamp.diameter_mm / 2,
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
-    }
-    if lit:
-        shape["emitter"] = GLOW
+def _bodies(lamp: Lamp, *, lit: bool) -> dict[str, Any]:
+    """Describe a lamp's bodies that rays can hit: black, and shining if lit."""
+    found = {}
+    for name, (_, body) in zip(lamp.shape_ids(), lamp.bodies, strict=True):
+        shape = body.shape()
+        if shape is not None:
+            found[name] = {**shape, "bsdf": BLACK, **({"emitter": GLOW} if lit else {})}
+    return found
+
+
+def mesh_of(name: str, vertices: Array, faces: Faces, parts: dict[str, Any]) -> Any:
+    """Load a mesh with its material (and light). Its faces are flat."""
+    props = mi.Properties()
+    for key, part in parts.items():
+        props[key] = mi.load_dict(part) if isinstance(part, dict) else part
+    shape = mi.Mesh(name, len(vertices), len(faces), props=props)
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = np.ascontiguousarray(vertices, dtype=np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(faces, dtype=np.uint32).ravel()
+    parameters.update()
     return shape
 
 
@@ -132,13 +181,13 @@ def _instanced_needle(spec: SceneSpec, metal: Any) -> dict[str, Any]:
     }
 
 
-def _surroundings(spec: SceneSpec, lit: str | None = None) -> dict[str, Any]:
+def _surroundings(spec: SceneSpec, lamps: list[Lamp], lit: str | None = None) -> dict[str, Any]:
     scene: dict[str, Any] = {
         "type": "scene",
         "background": _board(spec.background),
     }
-    for lamp in spec.lamps:
-        scene[f"lamp_{lamp.name}"] = _tube(lamp, lit=lamp.name == lit)
+    for lamp in lamps:
+        scene |= _bodies(lamp, lit=lamp.name == lit)
     if lit == "ambient":
         scene["ambient"] = {**GLOW, "type": "constant"}
     return scene
@@ -156,30 +205,60 @@ def stock_scene(spec: SceneSpec, lit: str, metal: Any = None) -> dict[str, Any]:
     metal
         The needle's material, a BSDF or its dictionary, if not the scene's.
     """
-    parts = {"bsdf": metal or metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)}
+    parts = {"bsdf": metal or metal_bsdf(spec.needle.material, spec.sensor)}
     if lit == "needle":
         parts["emitter"] = GLOW
-    return {**_surroundings(spec, lit), **_plain_needle(spec, parts)}
+    return {**_surroundings(spec, lamps_of(spec.lamps), lit), **_plain_needle(spec, parts)}
 
 
-def load_world(spec: SceneSpec) -> World:
-    """Load the scene for the wavefront renderer, which integrates the lamps itself."""
-    metal = metal_bsdf(spec.needle.material, spec.sensor.wavelength_nm)
-    scene = mi.load_dict({**_surroundings(spec), **_instanced_needle(spec, metal)}, parallel=False)
-    by_name = {shape.id(): shape for shape in scene.shapes()}
-    tubes = []
-    for lamp in spec.lamps:
-        tube = Tube(lamp)
-        tube.shape = mi.ShapePtr(by_name[f"lamp_{lamp.name}"])
-        tubes.append(tube)
+def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()) -> World:
+    """Load the scene for the wavefront renderer, which integrates the lamps itself.
+
+    Parameters
+    ----------
+    spec
+        The scene.
+    seed
+        Of the samples that light the room's walls.
+    clutter
+        Its solid clutter.
+    """
+    metal = metal_bsdf(spec.needle.material, spec.sensor)
+    lamps = lamps_of(spec.lamps)
+    things = {
+        f"clutter_{k}": mesh_of(f"clutter_{k}", thing.vertices, thing.faces, {"bsdf": _matt(thing)})
+        for k, thing in enumerate(clutter)
+    }
+    scene = mi.load_dict(
+        {**_surroundings(spec, lamps), **_instanced_needle(spec, metal), **things}, parallel=False
+    )
+    shapes = {shape.id(): shape for shape in scene.shapes()}
+    bind(lamps, shapes)
     board = Board.of(spec.background)
+    brush = None
+    if spec.needle.material.roughness_along is not None:
+        axis = unit(np.array(spec.needle.axis))
+        brush = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in axis])
     return World(
         scene=scene,
-        needle=mi.ShapePtr(by_name["needle"]),
-        background=mi.ShapePtr(by_name["background"]),
+        needle=mi.ShapePtr(shapes["needle"]),
+        background=mi.ShapePtr(shapes["background"]),
         metal=metal,
-        albedo=np.array(spec.background.albedo),
+        brush=brush,
         board=board,
         board_normal=mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal]),
-        tubes=tuple(tubes),
+        lamps=lamps,
+        surround=(
+            EvenRoom(len(lamps))
+            if spec.room is None
+            else WalledRoom(spec.room, lamps, seed32(seed, "walls"))
+        ),
+        clutter=[
+            Thing(mi.ShapePtr(shapes[name]), thing.in_view)
+            for name, thing in zip(things, clutter, strict=True)
+        ],
     )
+
+
+def _matt(thing: ClutterObject) -> dict[str, Any]:
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": thing.albedo.tolist()}}

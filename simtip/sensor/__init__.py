@@ -11,6 +11,7 @@
 | 7 | `saturate` | the full well clips (e-) |
 | 8 | `read_noise` | normal noise sigma_d (e-) |
 | 9 | `amplify` | system gain K and black level: DN, not yet whole |
+| 9a | `gamma_curve` | gamma other than 1: DN, bent, within the range |
 | 10 | `quantise` | rounded once, within 0 .. 2^bits - 1 (DN) |
 | 11 | `demosaic` | if there is a mosaic: red green blue of every pixel (DN), rounded again |
 
@@ -26,7 +27,9 @@ like others: they have shot noise and fill the well.
 **The full well** clips electrons after shot noise and DSNU, before read noise. Near it the mean is
 less than expected, and the variance falls to that of the read noise.
 
-Left out: gamma, crosstalk, smear, rolling shutter, noise that is not white.
+A rolling shutter is in the light (`simtip.mix`): what is lit, not what is read, differs by row.
+
+Left out: crosstalk, smear, noise that is not white. With a mosaic, gamma acts on the raw values.
 """
 
 from simtip.sensor.chain import expected_dn, expose
@@ -34,7 +37,15 @@ from simtip.sensor.dark import dark_electrons, dark_factor, hot_electrons
 from simtip.sensor.light import electrons, mean_electrons, photons, responsivity
 from simtip.sensor.mosaic import demosaic
 from simtip.sensor.pattern import UNIFORM, FixedPattern, fixed_pattern
-from simtip.sensor.readout import Image, amplify, quantise, read_noise, saturate
+from simtip.sensor.readout import (
+    Image,
+    amplify,
+    gamma_curve,
+    linear_dn,
+    quantise,
+    read_noise,
+    saturate,
+)
 from simtip.sensor.shot import TABLE_BELOW_E, poisson_quantile, shot_noise
 
 __all__ = [
@@ -50,7 +61,9 @@ __all__ = [
     "expected_dn",
     "expose",
     "fixed_pattern",
+    "gamma_curve",
     "hot_electrons",
+    "linear_dn",
     "mean_electrons",
     "photons",
     "poisson_quantile",

@@ -12,7 +12,7 @@ from simtip.sensor.dark import dark_electrons, hot_electrons
 from simtip.sensor.light import checked, responsivity
 from simtip.sensor.mosaic import demosaic, sample, sample_indices, tile
 from simtip.sensor.pattern import FixedPattern
-from simtip.sensor.readout import Image, amplify, quantise, read_noise, saturate
+from simtip.sensor.readout import Image, amplify, gamma_curve, quantise, read_noise, saturate
 from simtip.sensor.real import Array
 from simtip.sensor.shot import draw
 from simtip.spec import SensorSpec
@@ -79,8 +79,8 @@ def expected_dn(irradiance_w_m2: ArrayLike, spec: SensorSpec, *, camera: FixedPa
     """Give the noise-free digital number before rounding, (H, W, 3) float64, within the range.
 
     It is the mean of what `expose` gives wherever neither the full well nor an end of the range
-    is within reach of the noise, and quantisation is finer than it. A mosaic is left out: every
-    pixel has all channels. Arguments and errors as there.
+    is within reach of the noise, quantisation is finer than it and gamma is 1. A mosaic is left
+    out: every pixel has all channels. Arguments and errors as there.
     """
     light = checked(irradiance_w_m2)
     steps = _Steps(light, spec.model_copy(update={"mosaic": None}), camera)
@@ -163,7 +163,9 @@ class _Steps:
         return collected
 
     def amplified(self, collected: NDArray[Any]) -> NDArray[Any]:
-        return amplify(collected, self.spec.gain_dn_per_e, self.spec.black_level_dn)
+        """Give DN, not yet whole, as they leave the camera."""
+        dn = amplify(collected, self.spec.gain_dn_per_e, self.spec.black_level_dn)
+        return dn if self.spec.gamma == 1 else gamma_curve(dn, self.spec.gamma, self.spec.bit_depth)
 
 
 def _surely_full_e(spec: SensorSpec, camera: FixedPattern) -> float:

@@ -34,6 +34,25 @@ def amplify(
     return collected_e * gain_dn_per_e + black_level_dn
 
 
+def gamma_curve(dn: NDArray[Real], gamma: float, bit_depth: int) -> NDArray[Real]:
+    """Bend the output, DN not yet whole: ``top (dn / top)^gamma``, within 0 .. top = 2^bits - 1.
+
+    As in machine-vision cameras (GenICam SFNC, "Gamma"): 1 changes nothing, 0.45 suits a display.
+    It rises from 0 to the top code, both fixed; the black level is bent like everything else. What
+    is below 0 or above the top code is clipped here rather than when it is rounded.
+    """
+    top = 2**bit_depth - 1
+    bent: NDArray[Real] = np.clip(dn, 0, top) / top
+    np.power(bent, gamma, out=bent)
+    bent *= top
+    return bent
+
+
+def linear_dn(dn: NDArray[Real], gamma: float, bit_depth: int) -> NDArray[Real]:
+    """Undo `gamma_curve` for values within 0 .. 2^bits - 1."""
+    return gamma_curve(dn, 1 / gamma, bit_depth)
+
+
 def quantise(dn: NDArray[Real], bit_depth: int) -> Image:
     """Round to the nearest whole DN (halves to even) and clip to 0 .. 2^bits - 1.
 

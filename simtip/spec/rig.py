@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, FiniteFloat, field_validator, model_validator
 
-from simtip.camera import Camera, StereoRig, folds
-from simtip.geometry import Pose, nearest_rotation
+from simtip.camera import Camera, StereoRig, border, folds
+from simtip.errors import InputError
+from simtip.geometry import Array, Pose, nearest_rotation
 from simtip.lens import ThinLens
+from simtip.psf import Psf
 from simtip.spec.base import Coordinate, Matrix3, Part, Positive, Vector3
+from simtip.spec.sensor import SensorSpec
+from simtip.undistort import TOLERANCE_PX, plan
 
 MAX_PIXELS = 100_000_000
 
 RENDERED_DISTORTIONS = (0, 4, 5, 8)
 """Numbers of coefficients: thin prism and tilt, which OpenCV adds, are not rendered."""
+
+EDGE_STEP_PX = 8
+
+MOST_LIGHT = 2.0
+"""A vignetting polynomial may brighten the field up to this, times the axis."""
+
+Coefficient = Annotated[FiniteFloat, Field(ge=-1e6, le=1e6)]
 
 
 class LensSpec(Part):
@@ -29,19 +41,18 @@ class LensSpec(Part):
         Positive | None, Field(description="Camera z of the plane in focus, mm; none is a pinhole.")
     ] = None
     distortion: Annotated[
-        tuple[FiniteFloat, ...],
+        tuple[Coefficient, ...],
         Field(
             description=(
                 "Brown-Conrady in OpenCV's order: k1 k2 p1 p2 [k3 [k4 k5 k6]]; empty is none."
             )
         ),
     ] = ()
-
     cos4: Annotated[bool, Field(description="Natural vignetting, cos^4 of the field angle.")] = (
         False
     )
     vignetting: Annotated[
-        tuple[FiniteFloat, ...],
+        tuple[Coefficient, ...],
         Field(
             max_length=4,
             description=(
@@ -62,15 +73,21 @@ class LensSpec(Part):
     @classmethod
     def _has_a_length(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if len(value) not in RENDERED_DISTORTIONS:
-            raise ValueError(f"takes {RENDERED_DISTORTIONS} coefficients, not {len(value)}")
+            raise InputError(
+                f"has {len(value)} coefficients: thin prism and tilt are not rendered"
+                if len(value) > max(RENDERED_DISTORTIONS)
+                else f"has {len(value)} coefficients",
+                remedy="give 0, 4, 5 or 8 coefficients",
+            )
         return value
 
     @model_validator(mode="after")
     def _focuses(self) -> LensSpec:
         if self.focus_mm is not None and self.focus_mm <= self.focal_length_mm:
-            raise ValueError(
-                f"focus_mm = {self.focus_mm:g} lies inside the focal length of "
-                f"{self.focal_length_mm:g} mm: no image forms"
+            raise InputError(
+                f"{self.focus_mm:g} mm lies inside the focal length: no image forms",
+                field="focus_mm",
+                remedy=f"give a distance above {self.focal_length_mm:g} mm, or none for a pinhole",
             )
         return self
 
@@ -79,6 +96,37 @@ class LensSpec(Part):
         if self.focus_mm is None:
             return None
         return ThinLens(self.focal_length_mm / self.f_number, self.focus_mm)
+
+    def magnification(self) -> float:
+        """Give m = f / (z_f - f) of the plane in focus; 0 for a pinhole."""
+        if self.focus_mm is None:
+            return 0.0
+        return self.focal_length_mm / (self.focus_mm - self.focal_length_mm)
+
+    def working_f_number(self) -> float:
+        """Give N (1 + m), which counts for light and diffraction alike."""
+        return self.f_number * (1 + self.magnification())
+
+    def point_spread(self, sensor: SensorSpec) -> Psf:
+        """Give the blur on a sensor.
+
+        Raises
+        ------
+        InputError
+            It is too wide; the field is this lens's.
+        """
+        return Psf(
+            self.working_f_number(),
+            sensor.wavelength_nm,
+            sensor.pixel_um,
+            self.aberration_um,
+            self.diffraction,
+        )
+
+    def vignetting_at(self, t2: Array) -> Array:
+        """Give the polynomial ``1 + a1 t^2 + a2 t^4 + ..`` at squared tangents of field angles."""
+        kept = np.polynomial.polynomial.polyval(t2, (1.0, *self.vignetting))
+        return np.asarray(kept, dtype=np.float64)
 
 
 class CameraSpec(Part):
@@ -106,24 +154,77 @@ class CameraSpec(Part):
         if self.roi is not None:
             x, y, w, h = self.roi
             if x < 0 or y < 0 or w < 1 or h < 1 or x + w > self.width or y + h > self.height:
-                raise ValueError(
-                    f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor"
+                raise InputError(
+                    f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor",
+                    field="roi",
+                    remedy="give x, y, width, height in px of the full sensor",
                 )
-        if folds(self.camera(whole=True)):
-            raise ValueError(
-                f"lens.distortion {list(self.lens.distortion)} folds inside the image: the model "
-                "is not valid out to its corners"
-            )
         width, height = self.roi[2:] if self.roi else (self.width, self.height)
         if width * height > MAX_PIXELS:
-            raise ValueError(f"{width}x{height} px is too large: {MAX_PIXELS} pixels is the limit")
+            raise InputError(
+                f"{width}x{height} px is too large",
+                field="roi" if self.roi else "width",
+                remedy=f"read out at most {MAX_PIXELS} pixels",
+            )
         return self
+
+    @model_validator(mode="after")
+    def _lens_serves_the_whole_image(self) -> CameraSpec:
+        problem = _distortion_problem(self.camera(whole=True), self.camera())
+        if problem:
+            share = self._valid_share()
+            weaker = f", or weaken it: times {share:.2f} it would do" if share else ""
+            raise InputError(
+                f"{list(self.lens.distortion)} {problem}",
+                field="lens.distortion",
+                remedy=f"calibrate the lens again{weaker}",
+            )
+        if self.lens.vignetting:
+            self._check_vignetting()
+        return self
+
+    def _valid_share(self) -> float:
+        """Find what the distortion may be multiplied by, rounded down to a hundredth."""
+        whole = self.camera(whole=True)
+        low, high = 0, 100
+        while high - low > 1:
+            middle = (low + high) // 2
+            weaker = tuple(c * middle / 100 for c in self.lens.distortion)
+            valid = not _distortion_problem(replace(whole, distortion=weaker))
+            low, high = (middle, high) if valid else (low, middle)
+        return low / 100
+
+    def _check_vignetting(self) -> None:
+        camera = self.camera(whole=True)
+        edge = np.linalg.norm(camera.normalise(border(camera, EDGE_STEP_PX)), axis=1)
+        nearest = 0.0 if camera.contains([self.cx, self.cy]) else float(edge.min())
+        t = np.linspace(nearest, float(edge.max()), 257)
+        kept = self.lens.vignetting_at(t**2)
+        wrong = np.flatnonzero(~((kept > 0) & (kept <= MOST_LIGHT)))
+        if len(wrong):
+            raise InputError(
+                f"leaves {kept[wrong[0]]:.4g} of the light at t = {t[wrong[0]]:.3g}",
+                field="lens.vignetting",
+                remedy=f"keep 1 + a1 t^2 + .. above 0 and at most {MOST_LIGHT:g} up to the corner, "
+                f"t = {t[-1]:.3g}",
+            )
 
     def camera(self, *, whole: bool = False) -> Camera:
         """Build the camera, cropped to its region of interest unless the whole is asked for."""
         K = np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
         camera = Camera(K, self.width, self.height, self.lens.distortion)
         return camera if whole or self.roi is None else camera.cropped(*self.roi)
+
+
+def _distortion_problem(whole: Camera, *parts: Camera) -> str | None:
+    """Say what is wrong with a lens on the whole sensor, or on parts that are read out."""
+    if not whole.distortion:
+        return None
+    if folds(whole):
+        return "folds inside the image: the model is not valid out to its corners"
+    if any(plan(camera).error_px > TOLERANCE_PX for camera in (whole, *parts)):
+        return f"cannot be undone to {TOLERANCE_PX:g} px all over the image"
+    return None
 
 
 class RigSpec(Part):
@@ -148,6 +249,15 @@ class RigSpec(Part):
         if not any(value):
             raise ValueError("the two cameras coincide: the baseline is 0 mm")
         return value
+
+    def check_blur(self, sensor: SensorSpec) -> None:
+        """Refuse point spreads that are too wide on a sensor, naming the field."""
+        for side, camera in (("left", self.left), ("right", self.right)):
+            try:
+                camera.lens.point_spread(sensor)
+            except InputError as error:
+                field = f"rig.{side}.lens.{error.field}"
+                raise InputError(error.problem, field=field, remedy=error.remedy) from None
 
     def rig(self) -> StereoRig:
         """Build the rig."""

@@ -4,31 +4,66 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    field_validator,
+    model_validator,
+)
 
 from simtip.spec.background import BackgroundSpec
 from simtip.spec.base import Part, Positive
-from simtip.spec.light import AmbientSpec, TubeLamp
+from simtip.spec.clutter import ClutterSpec
+from simtip.spec.lamps import LampSpec
+from simtip.spec.light import AmbientSpec
 from simtip.spec.needle import NeedleSpec
 from simtip.spec.rig import RigSpec
+from simtip.spec.room import RoomSpec
 from simtip.spec.sensor import SensorSpec
 
-RESERVED = {"ambient", "needle"}
-"""Light groups that are no lamps."""
+RESERVED = {"ambient", "needle", "clutter"}
+"""Names of layers that are no lamps."""
 
 
 class RenderSpec(Part):
     """How much work goes into the picture."""
 
+    noise: Annotated[
+        FiniteFloat | None,
+        Field(
+            ge=0.01,
+            le=100,
+            description=(
+                "Monte-Carlo noise asked for, times the sensor's own noise at that pixel; null: "
+                "every pixel that needs sampling takes `samples`."
+            ),
+        ),
+    ] = 0.3
     samples: Annotated[
         int,
         Field(
-            ge=1, le=65536, description="Per pixel on and next to the needle; may be rounded up."
+            ge=1,
+            le=16384,
+            description=(
+                "Per pixel on and next to the needle, lamps and clutter: with `noise` the most "
+                "that are spent. Rounded up to a multiple of 4."
+            ),
         ),
-    ] = 256
+    ] = 1024
     light_step_mm: Annotated[
         Positive, Field(description="Grid step of the background's illumination, mm.")
     ] = 0.5
+    crop: Annotated[
+        bool,
+        Field(
+            description=(
+                "Work out the background's light on a coarse grid only, but near the needle: "
+                "quicker, without the needle's shadow elsewhere. Not with clutter."
+            )
+        ),
+    ] = False
 
 
 class DetectSpec(BaseModel):
@@ -70,8 +105,13 @@ class SceneSpec(Part):
     rig: RigSpec
     needle: NeedleSpec
     background: BackgroundSpec = BackgroundSpec()
-    lamps: tuple[TubeLamp, ...] = ()
+    clutter: ClutterSpec = ClutterSpec()
+    lamps: tuple[LampSpec, ...] = ()
     ambient: AmbientSpec = AmbientSpec()
+    room: Annotated[
+        RoomSpec | None,
+        Field(description="Walls; null: only the ambient light. {} takes defaults."),
+    ] = None
     sensor: SensorSpec = SensorSpec()
     render: RenderSpec = RenderSpec()
     detect: DetectSpec = DetectSpec()
@@ -80,7 +120,7 @@ class SceneSpec(Part):
 
     @field_validator("lamps")
     @classmethod
-    def _names_differ(cls, value: tuple[TubeLamp, ...]) -> tuple[TubeLamp, ...]:
+    def _names_differ(cls, value: tuple[LampSpec, ...]) -> tuple[LampSpec, ...]:
         names = [lamp.name for lamp in value]
         twice = sorted({n for n in names if names.count(n) > 1} | (RESERVED & set(names)))
         if twice:
@@ -91,4 +131,21 @@ class SceneSpec(Part):
     def _is_lit(self) -> SceneSpec:
         if not self.lamps and not any(self.ambient.radiance_w_m2_sr):
             raise ValueError("there is no light: give lamps or ambient")
+        return self
+
+    @model_validator(mode="after")
+    def _blur_is_small(self) -> SceneSpec:
+        self.rig.check_blur(self.sensor)
+        return self
+
+    @model_validator(mode="after")
+    def _room_holds_all(self) -> SceneSpec:
+        if self.room is None:
+            return self
+        places = {f"lamp {lamp.name}": lamp.centre_mm for lamp in self.lamps}
+        places |= {"left camera": (0.0, 0.0, 0.0), "right camera": self.rig.t_mm}
+        places |= {"background": self.background.centre_mm}
+        for name, place in places.items():
+            if not self.room.holds(place):
+                raise ValueError(f"the {name} at {list(place)} mm stands outside the room")
         return self

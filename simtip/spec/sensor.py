@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field, FiniteFloat, model_validator
 
+from simtip.errors import InputError
 from simtip.presets import PRESETS, PresetName
 from simtip.spec.base import Fraction, Part, Positive
+from simtip.spectra import ResponseName, peak_factor, response
 
 Electrons = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
 Celsius = Annotated[FiniteFloat, Field(ge=-273.15, le=200)]
@@ -45,16 +48,43 @@ class SensorSpec(Part):
     background_dn: Annotated[
         FiniteFloat | None,
         Field(
-            gt=0,
-            description="Auto-exposure: the gray level, DN, that the background is to have.",
+            description=(
+                "Auto-exposure: the gray level, DN, that the backgrounds of both cameras are to "
+                "have on average; above the black level, below the top code."
+            ),
         ),
     ] = None
     wavelength_nm: Annotated[
         tuple[Positive, Positive, Positive], Field(description="Effective wavelength, nm, r g b.")
     ] = (600.0, 540.0, 460.0)
     quantum_efficiency: Annotated[
-        tuple[Fraction, Fraction, Fraction], Field(description="Electrons per photon, r g b.")
+        tuple[Fraction, Fraction, Fraction],
+        Field(description="Electrons per photon at wavelength_nm, r g b."),
     ] = (0.5, 0.5, 0.5)
+    spectral_response: Annotated[
+        ResponseName | None,
+        Field(
+            description=(
+                "How quantum_efficiency runs over wavelength, for lamps with a spectrum: as in a "
+                "camera measured; null: constant over the wavelengths nearest to the channel's own."
+            )
+        ),
+    ] = None
+    row_time_s: Annotated[
+        FiniteFloat,
+        Field(
+            ge=0,
+            le=1,
+            description=(
+                "Rolling shutter: from one row's start of exposure to the next one's, s, top to "
+                "bottom, the first row of the region of interest first. 0 is a global shutter."
+            ),
+        ),
+    ] = 0.0
+    start_s: Annotated[
+        FiniteFloat,
+        Field(ge=-1e6, le=1e6, description="When the first row's exposure begins, s."),
+    ] = 0.0
     full_well_e: Annotated[
         FiniteFloat, Field(ge=1, le=1e9, description="Electrons a pixel holds before it clips.")
     ] = 10000.0
@@ -65,6 +95,17 @@ class SensorSpec(Part):
     black_level_dn: Annotated[
         FiniteFloat, Field(ge=0, description="Added before rounding, DN; below the top code.")
     ] = 0.0
+    gamma: Annotated[
+        FiniteFloat,
+        Field(
+            ge=0.1,
+            le=10,
+            description=(
+                "Output code = top (code / top)^gamma, before rounding; 1 is linear, below 1 lifts "
+                "the shadows."
+            ),
+        ),
+    ] = 1.0
     bit_depth: Annotated[Literal[8, 10, 12, 16], Field(description="Bits per channel.")] = 8
     prnu_percent: Annotated[
         FiniteFloat, Field(ge=0, le=20, description="Standard deviation of the response, %.")
@@ -122,8 +163,42 @@ class SensorSpec(Part):
     def _black_is_below_white(self) -> SensorSpec:
         top = 2**self.bit_depth - 1
         if self.black_level_dn >= top:
-            raise ValueError(
-                f"black_level_dn {self.black_level_dn:g} is not below {top}, "
-                f"the top code of {self.bit_depth} bits"
+            raise InputError(
+                f"{self.black_level_dn:g} DN is not below the top code of {self.bit_depth} bits",
+                field="black_level_dn",
+                remedy=f"give at least 0 and below {top}",
             )
+        return self
+
+    @model_validator(mode="after")
+    def _background_is_in_range(self) -> SensorSpec:
+        top = 2**self.bit_depth - 1
+        black = top * (self.black_level_dn / top) ** self.gamma
+        if self.background_dn is not None and not black < self.background_dn < top:
+            raise InputError(
+                f"{self.background_dn:g} DN is no gray level between the black level and the top "
+                f"code of {self.bit_depth} bits",
+                field="background_dn",
+                remedy=f"give above {black:.4g} and below {top}",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _efficiency_is_a_fraction(self) -> SensorSpec:
+        if self.spectral_response is None:
+            return self
+        over = peak_factor(response(self.spectral_response), self.wavelength_nm)
+        for name, efficiency, nm, factor in zip(
+            ("red", "green", "blue"), self.quantum_efficiency, self.wavelength_nm, over, strict=True
+        ):
+            if not np.isfinite(factor):
+                raise ValueError(
+                    f"the {name} channel of {self.spectral_response} is blind at its wavelength_nm "
+                    f"of {nm:g} nm"
+                )
+            if efficiency * factor > 1:
+                raise ValueError(
+                    f"quantum_efficiency {efficiency:g} at {nm:g} nm makes the {name} channel of "
+                    f"{self.spectral_response} peak at {efficiency * factor:.3g}, over 1"
+                )
         return self

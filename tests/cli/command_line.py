@@ -33,8 +33,8 @@ needle:
 background:
   centre_mm: [-20, 0, 260]
 lamps:
-  - {name: front, centre_mm: [0, -1500, -600]}
-  - {name: rear, centre_mm: [0, -1500, -1800]}
+  - {name: front, kind: tube, centre_mm: [0, -1500, -600]}
+  - {name: rear, kind: tube, centre_mm: [0, -1500, -1800]}
 ambient:
   radiance_w_m2_sr: [0.003, 0.003, 0.003]
 sensor:

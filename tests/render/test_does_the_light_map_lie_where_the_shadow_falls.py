@@ -25,20 +25,22 @@ is 260 mm from the origin, which moves the shadow by as much towards the lamp.""
 
 def test_a_linear_map_is_read_back_as_it_is(scene):
     with activated(choose()):
+        from simtip.render.backdrop import Backdrop
         from simtip.render.board import Board
         from simtip.render.engine import mi
-        from simtip.render.lightmap import Grid, LightMap, Lookup
+        from simtip.render.lightmap import Grid, LightMap
 
         # Slopes of 1 per step in s and in t: an error is read off in steps.
         fine = Grid(np.array([-31.0, 17.0]), STEP_MM, 41, 23)
         coarse = Grid(np.array([-400.0, -400.0]), 10.0, 81, 81)
-        maps = [
-            LightMap(
-                grid,
-                (grid.points() / grid.step).reshape(grid.rows, grid.columns, 2).astype(np.float32),
-            )
+        slopes = [
+            (grid.points() / grid.step).reshape(grid.rows, grid.columns, 2).astype(np.float32)
             for grid in (fine, coarse)
         ]
+        maps = tuple(
+            LightMap(grid, values, np.zeros_like(values))
+            for grid, values in zip((fine, coarse), slopes, strict=True)
+        )
         board = Board.of(scene.background)
         rng = np.random.default_rng(5)
         reach = STEP_MM * np.array([fine.columns - 1, fine.rows - 1])
@@ -48,7 +50,7 @@ def test_a_linear_map_is_read_back_as_it_is(scene):
         beyond = beyond[far]
         for st, grid in ((within, fine), (beyond, coarse)):
             points = board.points(st).astype(np.float32)
-            found = Lookup(board, *maps).at(
+            found, _ = Backdrop(board, np.ones(3), maps).gray(
                 mi.Point3f(*(mi.Float(np.ascontiguousarray(c)) for c in points.T)), mi.Mask(True)
             )
             # A GPU's texture units interpolate in steps of 1/256.
@@ -66,7 +68,7 @@ def beside_a_lamp(scene: SceneSpec, along: int) -> SceneSpec:
     data = scene.model_dump(mode="json")
     data["needle"].update(axis=axis.tolist(), tip_mm=tip.tolist())
     data["background"].update(centre_mm=[-20, 0, BOARD_Z_MM], normal=[0, 0, -1])
-    data["lamps"] = [{"name": "lamp", "centre_mm": lamp.tolist(), "direction": axis.tolist()}]
+    data["lamps"] = [{"name": "lamp", "kind": "tube", "centre_mm": lamp.tolist(), "direction": axis.tolist()}]
     data["lamps"][0]["diameter_mm"] = 38  # a penumbra of 0.6 mm, which the grid can follow
     data["ambient"]["radiance_w_m2_sr"] = [0, 0, 0]
     data["render"]["light_step_mm"] = STEP_MM

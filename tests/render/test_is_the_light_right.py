@@ -39,9 +39,9 @@ def test_a_tube_lights_the_board_as_the_integral_says(scene):
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
-        world = load_world(scene)
-        light = Illuminator(world.scene, world.tubes, world.board)
-        found, shadowed = light.trace(OPEN_POINTS_MM, 16384, 1, Tally(None))
+        world = load_world(scene, 1)
+        light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
+        found, shadowed = light.lamps(OPEN_POINTS_MM, 16384, 1, Tally(None))
     assert not shadowed.any()
     points = world.board.points(OPEN_POINTS_MM)
     for k, lamp in enumerate(scene.lamps):

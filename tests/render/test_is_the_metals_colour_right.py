@@ -56,9 +56,9 @@ PLACES = {
 def test_a_tubes_density_over_directions_is_that_of_its_samples(place):
     with activated(choose()):
         from simtip.render.engine import mi
-        from simtip.render.tube import Tube
+        from simtip.render.emitters import emitters_of
 
-        tube = Tube(LAMP)
+        (tube,) = emitters_of(LAMP)
 
         def vector(kind, array):
             return kind(*(mi.Float(np.ascontiguousarray(c, np.float32)) for c in array.T))

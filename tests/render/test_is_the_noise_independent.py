@@ -40,7 +40,7 @@ def assert_independent(a: np.ndarray, b: np.ndarray) -> None:
 
 def twin_cameras(scene: SceneSpec) -> SceneSpec:
     """Two cameras that see the same picture: with equal seeds they would have equal noise."""
-    data = with_roi(scene, ROI, ROI, samples=SAMPLES).model_dump(mode="json")
+    data = with_roi(scene, ROI, ROI, samples=SAMPLES, noise=None).model_dump(mode="json")
     data["rig"]["right"] = data["rig"]["left"]
     data["rig"]["R"] = np.eye(3).tolist()
     data["rig"]["t_mm"] = [1e-6, 0, 0]
@@ -68,46 +68,59 @@ def stage(scene):
         from simtip.render.world import load_world
 
         spec = with_roi(scene, ROI, ROI)
-        yield load_world(spec), spec.rig.rig().left
+        yield load_world(spec, 1), spec.rig.rig().left
 
 
-def flat_light(world):
-    """Light maps without noise, but with slopes so that lens samples differ."""
-    from simtip.render.lightmap import Grid, LightMap, Lookup
+def sloping_backdrop(world):
+    """A background without noise, but with slopes so that lens samples differ."""
+    from simtip.render.backdrop import Backdrop
+    from simtip.render.lightmap import Grid, LightMap
 
     grid = Grid(-world.board.half, 10.0, 81, 81)
     ramp = (20 + grid.points() @ [0.01, 0.02]).reshape(81, 81, 1)
-    level = LightMap(grid, np.repeat(ramp, len(world.tubes) + 1, axis=2).astype(np.float32))
-    return Lookup(world.board, level, level)
+    values = np.repeat(ramp, len(world.lamps) + 1, axis=2).astype(np.float32)
+    level = LightMap(grid, values, np.zeros_like(values))
+    return Backdrop(world.board, np.ones(3), (level, level))
 
 
-def through_pixels(world, camera: Camera, pixels: np.ndarray, seed: int) -> np.ndarray:
+def through_pixels(world, camera: Camera, seed: int) -> np.ndarray:
+    from simtip.render.estimate import Goal
     from simtip.render.eye import Eye
+    from simtip.render.progress import Tally
     from simtip.render.wavefront import render_pixels
 
-    eye = Eye(camera, Pose.identity())
-    light = flat_light(world)
-    found, _ = render_pixels(world, light, eye, pixels, SAMPLES, seed, lambda _: None)
-    return found[:, 0, 1]
+    goal = Goal(SAMPLES, np.ones((len(world.lamps) + 1, 3), np.float32))
+    found = render_pixels(
+        world,
+        sloping_backdrop(world),
+        Eye(camera, Pose.identity()),
+        np.arange(camera.width * camera.height, dtype=np.uint32),
+        goal,
+        seed,
+        Tally(None),
+    )
+    return found.response[:, 0, 1]
 
 
-def through_open_pixels(world, camera: Camera, pixels: np.ndarray, seed: int) -> np.ndarray:
+def through_open_pixels(world, camera: Camera, seed: int) -> np.ndarray:
     from simtip.render.eye import Eye
+    from simtip.render.progress import Tally
     from simtip.render.wavefront import render_open
 
     eye = Eye(camera, Pose.identity(), ThinLens(40.0, 170.0))
-    found = render_open(flat_light(world), eye, pixels, SAMPLES, seed, lambda _: None)
+    pixels = np.arange(camera.width * camera.height, dtype=np.uint32)
+    found, _, _ = render_open(sloping_backdrop(world), eye, pixels, SAMPLES, seed, Tally(None))
     return found[:, 0]
 
 
-def from_the_board(world, camera: Camera, pixels: np.ndarray, seed: int) -> np.ndarray:
+def from_the_board(world, camera: Camera, seed: int) -> np.ndarray:
     from simtip.render.lightmap import Illuminator
     from simtip.render.progress import Tally
 
-    v, u = np.divmod(pixels, camera.width)
+    v, u = np.divmod(np.arange(camera.width * camera.height), camera.width)
     st = world.board.meet(np.zeros(3), camera.rays(np.stack([u, v], axis=1)))
-    light = Illuminator(world.scene, world.tubes, world.board)
-    found, _ = light.trace(st, SAMPLES, seed, Tally(None))
+    light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
+    found, _ = light.lamps(st, SAMPLES, seed, Tally(None))
     return found[:, 0]
 
 
@@ -115,15 +128,19 @@ WORK = (through_pixels, through_open_pixels, from_the_board)
 
 
 @pytest.mark.parametrize("work", WORK, ids=lambda w: w.__name__)
-def test_pieces_of_work_share_no_samples(stage, monkeypatch, work):
+def test_neighbours_share_no_samples(stage, work):
+    world, camera = stage
+    one, two = (work(world, camera, seed) for seed in (1, 2))
+    noise = relative_noise(one, two).reshape(camera.height, camera.width)
+    assert_independent(noise[:, :-1], noise[:, 1:])
+    assert_independent(noise[:-1], noise[1:])
+
+
+@pytest.mark.parametrize("work", WORK, ids=lambda w: w.__name__)
+def test_how_work_is_cut_into_pieces_changes_nothing(stage, monkeypatch, work):
     from simtip.render import chunks
 
     world, camera = stage
-    every = np.arange(camera.width * camera.height, dtype=np.uint32)
-    # The same pixels three times over, each time in a launch of its own.
-    monkeypatch.setattr(chunks, "LAUNCH_SAMPLES", len(every) * SAMPLES)
-    one, two = (work(world, camera, np.tile(every, 3), seed) for seed in (1, 2))
-    first, second, third = relative_noise(one, two).reshape(3, -1)
-    assert_independent(first, second)
-    assert_independent(second, third)
-    assert_independent(first, third)
+    whole = work(world, camera, 1)
+    monkeypatch.setattr(chunks, "LAUNCH_SAMPLES", 307 * SAMPLES)
+    np.testing.assert_array_equal(work(world, camera, 1), whole)

@@ -117,7 +117,7 @@ def test_the_dictionary_is_plain_and_complete():
     data = truth.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert data["tip_mm"] == truth.tip_mm.tolist()
-    assert data["needle"]["tip"] == {"kind": "bevel", "angle_deg": 15.0}
+    assert data["needle"]["tip"] == {"kind": "bevel", "angle_deg": 15.0, "tip_radius_mm": 0.0}
     assert data["needle"]["diameter_mm"] == 1.67
     np.testing.assert_array_equal(data["needle"]["T_wn"]["R"], truth.T_wn.R)
     np.testing.assert_array_equal(data["T_lr"]["t_mm"], spec.rig.t_mm)
@@ -207,3 +207,60 @@ def test_what_has_no_truth_is_refused_naming_the_field(case):
 def test_a_tip_longer_than_its_needle_is_refused_by_the_scene_itself():
     with pytest.raises(ValueError, match="does not fit"):
         scene(length_mm=4)
+
+
+FAMILIES = [
+    {"kind": "cone", "length_mm": 4, "tip_radius_mm": 0.05},
+    {"kind": "bevel", "angle_deg": 20, "tip_radius_mm": 0.03},
+    {"kind": "back_bevel"},
+    {"kind": "lancet", "tip_radius_mm": 0.02},
+    {"kind": "trocar", "angle_deg": 15},
+    {"kind": "diamond", "tip_radius_mm": 0.1},
+    {"kind": "franseen"},
+    {"kind": "blunt", "tip_radius_mm": 0.2},
+]
+
+
+@pytest.mark.parametrize("tip", FAMILIES, ids=lambda tip: tip["kind"])
+@pytest.mark.parametrize("bend", [{}, {"bend_radius_mm": 120, "bend_direction_deg": -80}])
+def test_every_family_has_its_tip_where_it_is_stated(tip, bend):
+    spec = scene(tip=tip, roll_deg=50, axis=(0.1, -1, 0.1), **bend)
+    truth = scene_truth(spec)
+    expected = by_opencv(spec, (-10, 20, 170))
+    np.testing.assert_allclose(truth.left.tip_px, expected["left"], rtol=0, atol=1e-9)
+    up = by_opencv(spec, truth.tip_mm + 1e-3 * truth.axis)["left"] - truth.left.tip_px
+    np.testing.assert_allclose(truth.left.axis_px, up / np.linalg.norm(up), atol=1e-4)
+    # Nothing lies further forward, and the foremost point is near the tip: a needle's width.
+    ahead = (truth.left.silhouette_tip_px - truth.left.tip_px) @ truth.left.axis_px
+    assert -10 < ahead <= 0
+    assert np.linalg.norm(truth.left.silhouette_tip_px - truth.left.tip_px) < 20
+    data = truth.to_dict()["needle"]
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert data["tip"]["kind"] == tip["kind"]
+    assert data["tip"]["tip_radius_mm"] == tip.get("tip_radius_mm", 0)
+    assert data["bend_radius_mm"] == bend.get("bend_radius_mm")
+
+
+def test_the_truth_says_where_the_crowns_other_points_are():
+    """At a Franseen's bore, 120 degrees apart about the axis: sqrt(3) bore radii from the tip."""
+    needle = scene_truth(scene(tip={"kind": "franseen"})).to_dict()["needle"]
+    others = np.array(needle["equally_foremost_mm"])
+    assert others.shape == (2, 3)
+    np.testing.assert_allclose(others[:, 1], 20, atol=1e-12)  # the axis is vertical
+    away = np.linalg.norm(others - [-10, 20, 170], axis=1)
+    np.testing.assert_allclose(away, np.sqrt(3) * 0.72 * 0.835, rtol=1e-12)
+    assert scene_truth(scene()).to_dict()["needle"]["equally_foremost_mm"] == []
+
+
+@pytest.mark.parametrize(
+    ("needle", "message"),
+    [
+        ({"tip": {"kind": "cone", "tip_radius_mm": 0.9}}, "tip_radius_mm has to be 0 or between"),
+        ({"tip": {"kind": "lancet", "side_angle_deg": 5}}, "side_angle_deg has to be above"),
+        ({"bend_radius_mm": 20}, "bend_radius_mm has to be at least 47.7465"),
+        ({"tip": {"kind": "franseen"}, "length_mm": 8}, "length_mm has to be above"),
+    ],
+)
+def test_an_impossible_needle_names_its_field(needle, message):
+    with pytest.raises(ValueError, match=message):
+        scene(**needle)

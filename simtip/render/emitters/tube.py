@@ -8,42 +8,36 @@ cosine, which cancels the emitter's cosine to first order in radius/distance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from simtip.geometry import unit
+from simtip.geometry import Array, unit
+from simtip.render.emitters.sample import LampSample
 from simtip.render.engine import dr, mi
-from simtip.spec import TubeLamp
 
 Vec = Any  # a Dr.Jit vector of the active variant: these types exist only once it is set
 
 
-@dataclass(frozen=True)
-class TubeSample:
-    """One point on a tube as seen from a point x."""
-
-    point: Vec
-    direction: Vec
-    """From x to the point, unit."""
-    weight: Vec
-    """cos(emitter) / d^2 / pdf_area: the factor of radiance in the integral over directions."""
-    pdf: Vec
-    """Density per solid angle at x."""
-
-
 class Tube:
-    """A lamp's tube in the renderer's own numbers, kept opaque so that no kernel embeds them."""
+    """A lit cylinder in the renderer's own numbers, kept opaque so that no kernel embeds them."""
 
-    def __init__(self, lamp: TubeLamp) -> None:
-        self.name = lamp.name
-        self.centre = mi.Point3f([dr.opaque(mi.Float, v) for v in lamp.centre_mm])
-        axis = unit(np.array(lamp.direction))
+    def __init__(self, centre: Array, along: Array, length_mm: float, diameter_mm: float) -> None:
+        axis = unit(along)
+        self._ends = centre - axis * length_mm / 2, centre + axis * length_mm / 2
+        self._radius_mm = diameter_mm / 2
+        self.centre = mi.Point3f([dr.opaque(mi.Float, float(v)) for v in centre])
         self.axis = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in axis])
-        self.half = dr.opaque(mi.Float, lamp.length_mm / 2)
-        self.radius = dr.opaque(mi.Float, lamp.diameter_mm / 2)
-        self.shape: Any = None
+        self.half = dr.opaque(mi.Float, length_mm / 2)
+        self.radius = dr.opaque(mi.Float, diameter_mm / 2)
+
+    def shape(self) -> dict[str, Any]:
+        """Describe it to Mitsuba."""
+        start, end = self._ends
+        return {
+            "type": "cylinder",
+            "p0": start.tolist(),
+            "p1": end.tolist(),
+            "radius": self._radius_mm,
+        }
 
     def _seen_from(self, x: Vec) -> tuple[Vec, Vec, Vec, Vec, Vec, Vec]:
         """Give foot of x on the axis, distance, unit normal, angles of the ends, sin(phi_max)."""
@@ -56,7 +50,7 @@ class Tube:
         sin_max = dr.safe_sqrt(1 - dr.square(self.radius / distance))
         return foot, distance, across / distance, theta_min, theta_max, sin_max
 
-    def sample(self, x: Vec, xi: Vec) -> TubeSample:
+    def sample(self, x: Vec, xi: Vec) -> LampSample:
         """Sample a point with two uniform numbers ``xi``."""
         foot, distance, outwards, theta_min, theta_max, sin_max = self._seen_from(x)
         theta = dr.lerp(theta_min, theta_max, xi.x)
@@ -72,7 +66,7 @@ class Tube:
         pdf_area = self._pdf_area(along, cos_phi, foot, distance, theta_max - theta_min, sin_max)
         seen = (cos_lamp > 0) & (pdf_area > 0)
         weight = dr.select(seen, cos_lamp / (d2 * pdf_area), 0)
-        return TubeSample(point, direction, weight, dr.select(seen, dr.rcp(weight), 0))
+        return LampSample(point, direction, weight, dr.select(seen, dr.rcp(weight), 0))
 
     def pdf(self, x: Vec, point: Vec, normal: Vec) -> Vec:
         """Density per solid angle at x with which `sample` finds a point of the tube."""
