@@ -45,9 +45,12 @@ def usable_cpus() -> int | None:
 
 
 def parser(doc: str) -> argparse.ArgumentParser:
-    """Make a benchmark's argument parser, with ``--quick``; other benchmarks may add to it."""
+    """Make a benchmark's argument parser; single benchmarks may add to it."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
     made.add_argument("--quick", action="store_true", help="small and once: a smoke run")
+    made.add_argument(
+        "--json", action="store_true", help="print one JSON object, as is always done"
+    )
     return made
 
 

@@ -1,8 +1,8 @@
 """Mitsuba's own `path` integrator on a scene of simtip's: what the renderer is measured against.
 
 All lamps and the room are lit at once, at the scene's powers, so that one image comes out where
-simtip makes one per lamp. Everything else is as good as stock Mitsuba gives it: the multijittered
-sampler (by far the least noisy for its cost here), a box filter, the metal and the mesh of simtip.
+simtip makes one per lamp. All else is as good as stock Mitsuba gives it: any of its samplers,
+a box filter, the metal and the mesh of simtip.
 
 Mitsuba's perspective camera has square pixels: fy is taken to be fx, which shifts the outermost
 rows by 0.5 % and changes neither cost nor noise.
@@ -17,7 +17,11 @@ from numpy.typing import NDArray
 
 from simtip import Camera, Pose, SceneSpec
 from simtip.render.engine import mi
+from simtip.render.lamps import lamps_of
 from simtip.render.world import stock_scene
+
+SAMPLERS = ("multijitter", "independent", "stratified", "orthogonal", "ldsampler")
+"""All that Mitsuba has."""
 
 
 class StockPath:
@@ -30,18 +34,23 @@ class StockPath:
     room_weight
         How often the room is chosen as the emitter to sample, where each lamp has weight 1; 1 is
         Mitsuba's default. The room gives little of the light and samples spent on it are noise.
+    sampler
+        One of `SAMPLERS`.
     """
 
-    def __init__(self, spec: SceneSpec, room_weight: float = 1.0) -> None:
+    def __init__(
+        self, spec: SceneSpec, room_weight: float = 1.0, sampler: str = SAMPLERS[0]
+    ) -> None:
+        self._sampler = sampler
         scene = stock_scene(spec, lit="ambient")
         scene["ambient"] = {
             "type": "constant",
             "radiance": _rgb(spec.ambient.radiance_w_m2_sr),
             "sampling_weight": room_weight,
         }
-        for lamp in spec.lamps:
-            glow = {"type": "area", "radiance": _rgb(lamp.radiance())}
-            scene[f"lamp_{lamp.name}"]["emitter"] = glow
+        for lamp, bodies in zip(spec.lamps, lamps_of(spec.lamps), strict=True):
+            for name in bodies.shape_ids():
+                scene[name]["emitter"] = {"type": "area", "radiance": _rgb(lamp.radiance())}
         self._scene = mi.load_dict(scene, parallel=False)
         self._integrator = mi.load_dict({"type": "path"})
 
@@ -51,7 +60,7 @@ class StockPath:
         """Render one view: (H, W) radiance, W m^-2 sr^-1, mean of the channels."""
         image = mi.render(
             self._scene,
-            sensor=_sensor(camera, T_wc),
+            sensor=_sensor(camera, T_wc, self._sampler),
             integrator=self._integrator,
             spp=samples,
             seed=seed,
@@ -64,7 +73,7 @@ def _rgb(value: Any) -> dict[str, Any]:
     return {"type": "rgb", "value": [float(v) for v in value]}
 
 
-def _sensor(camera: Camera, T_wc: Pose) -> Any:
+def _sensor(camera: Camera, T_wc: Pose, sampler: str) -> Any:
     K = camera.K
     to_world = T_wc.matrix()
     to_world[:3, :3] = T_wc.R @ np.diag([-1.0, -1.0, 1.0])  # Mitsuba: x to the left, y up
@@ -87,6 +96,6 @@ def _sensor(camera: Camera, T_wc: Pose) -> Any:
                 "pixel_format": "rgb",
                 "component_format": "float32",
             },
-            "sampler": {"type": "multijitter", "sample_count": 16},
+            "sampler": {"type": sampler, "sample_count": 16},
         }
     )

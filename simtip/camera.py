@@ -21,8 +21,8 @@ ROUND_TRIP_PX = 1e-3
 GOOD_PX = 1e-4
 """How near a stage on the way to a pixel has to come; the last one goes on to rounding."""
 
-STAGES, NEWTON_STEPS = 16, 10
-"""Stages from the centre of distortion to a pixel, and Newton steps in each at most."""
+STAGES, NEWTON_STEPS = (16, 96), 10
+"""Stages from the centre of distortion to a pixel, more if few fail, and Newton steps in each."""
 
 BORDER_STEPS, RADIAL_STEPS = 128, 64
 """Places along the image's shorter side, and from the centre to each, where folds are sought."""
@@ -199,20 +199,28 @@ def _positive(polynomial: Polynomial, end: float) -> bool:
 def _followed(camera: Camera, pixels: Array) -> Array:
     """Find the rays of pixels (n, 2) by following each from the centre of distortion outwards.
 
-    Newton's method in small stages, so that it stays on the branch that the centre lies on: NaN
-    where that ends, at a fold or a pole, before the pixel is reached.
+    Newton's method in stages, so that it stays on the branch that the centre lies on: NaN where
+    that ends, at a fold or a pole, before the pixel is reached.
     """
     found = np.full_like(pixels, np.nan)
-    centre = camera.project([0.0, 0.0, 1.0])
     for first in range(0, len(pixels), BLOCK):
         part = first + np.flatnonzero(np.isfinite(pixels[first : first + BLOCK]).all(axis=1))
-        away, xy = pixels[part] - centre, np.zeros((len(part), 2))
-        with np.errstate(all="ignore"):
-            for stage in range(1, STAGES + 1):
-                wanted = centre + away * (stage / STAGES)
-                xy, kept = _solved(camera, xy, wanted, GOOD_PX if stage < STAGES else 0.0)
-                part, away, xy = part[kept], away[kept], xy[kept]
-        found[part] = xy
+        for stages in STAGES:
+            found[part] = _followed_in(stages, camera, pixels[part])
+            part = part[np.isnan(found[part]).any(axis=1)]
+    return found
+
+
+def _followed_in(stages: int, camera: Camera, pixels: Array) -> Array:
+    found, part = np.full_like(pixels, np.nan), np.arange(len(pixels))
+    centre = camera.project([0.0, 0.0, 1.0])
+    away, xy = pixels - centre, np.zeros_like(pixels)
+    with np.errstate(all="ignore"):
+        for stage in range(1, stages + 1):
+            wanted = centre + away * (stage / stages)
+            xy, kept = _solved(camera, xy, wanted, GOOD_PX if stage < stages else 0.0)
+            part, away, xy = part[kept], away[kept], xy[kept]
+    found[part] = xy
     return found
 
 

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
@@ -152,6 +152,9 @@ def render(
     exr: Annotated[
         bool, typer.Option("--exr", help="Also float radiance, needle coverage and depth.")
     ] = False,
+    lights: Annotated[
+        bool, typer.Option("--lights", help="Also every lamp's light, for `simtip remix`.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene's images and write its truth, without measuring."""
@@ -167,11 +170,48 @@ def render(
     with located(source), progress_bar("rendering") as progress:
         done = simulate(source.spec, seed=seed, backend=chosen, progress=progress)
     with result_folder(out) as folder:
-        write_simulation(folder, done, exr=exr)
+        write_simulation(folder, done, exr=exr, lights=lights)
         write_manifest(folder, done, done.timings_s)
     if as_json:
         truth = done.truth.to_dict()
         facts = {"scene": source.spec.name, "seed": done.seed, "backend": done.backend.variant}
+        _print_json({**facts, "out": str(out), "truth": truth, "timings_s": done.timings_s})
+        return
+    _say_where(out, "left.png, right.png, truth.json")
+
+
+@app.command()
+def remix(
+    lights: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder that `simtip render --lights` wrote.")
+    ],
+    scene: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[SCENE]", help="The scene with other lamp powers, colours, exposure or sensor."
+        ),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+    ] = Path("remix"),
+    seed: SeedOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make new images from rendered light, without rendering again."""
+    from simtip.output_folder import OutputFolder
+    from simtip.remix import remix as mixed
+    from simtip.result_folder import result_folder, write_manifest, write_simulation
+
+    source = None if scene is None else read_scene(scene)
+    OutputFolder(out).check()
+    with nullcontext() if source is None else located(source):
+        done = mixed(lights, None if source is None else source.spec, seed=seed)
+    with result_folder(out) as folder:
+        write_simulation(folder, done)
+        write_manifest(folder, done, done.timings_s)
+    if as_json:
+        facts = {"scene": done.spec.name, "seed": done.seed, "lights": str(lights)}
+        truth = done.truth.to_dict()
         _print_json({**facts, "out": str(out), "truth": truth, "timings_s": done.timings_s})
         return
     _say_where(out, "left.png, right.png, truth.json")

@@ -123,6 +123,7 @@ def settle_exposure(backgrounds: Backgrounds, sensor: SensorSpec) -> SensorSpec:
     short, long = SHORTEST_S, LONGEST_S
     # An exposure so long sees no ripple: the right start, and proof that the level can be reached.
     guess = auto_expose(backgrounds(_timed(sensor, LONGEST_S)), sensor).exposure_s
+    tried: list[tuple[float, float]] = []
     for _ in range(_ROUNDS):
         timed = _timed(sensor, guess)
         light = backgrounds(timed)
@@ -131,20 +132,31 @@ def settle_exposure(backgrounds: Backgrounds, sensor: SensorSpec) -> SensorSpec:
             _require_alike(light, timed)
             return timed
         short, long = (guess, long) if excess < 0 else (short, guess)
-        guess = _next_exposure(light, sensor, short, long)
+        tried.append((guess, excess))
+        guesses = [_by_secant(tried), _by_light(light, sensor), float(np.sqrt(short * long))]
+        if len(tried) % 4 == 0:  # whatever the ripple, the ends come together
+            guesses = guesses[-1:]
+        guess = next(t for t in guesses if short < t < long)
     ends = (gray_level(light, _timed(sensor, end)) for end in (SHORTEST_S, LONGEST_S))
     raise _out_of_reach(target, *ends)
 
 
-def _next_exposure(
-    irradiance: NDArray[np.float64], sensor: SensorSpec, short: float, long: float
-) -> float:
-    """Give the exposure for the light of the last one if that lies between, else a middle one."""
+def _by_secant(tried: list[tuple[float, float]]) -> float:
+    """Follow the line through the last two levels to 0; 0 if there is none."""
+    if len(tried) < 2:
+        return 0.0
+    (t0, excess0), (t1, excess1) = tried[-2:]
+    if t0 == t1 or excess0 == excess1:
+        return 0.0
+    return t1 - excess1 * (t1 - t0) / (excess1 - excess0)
+
+
+def _by_light(irradiance: NDArray[np.float64], sensor: SensorSpec) -> float:
+    """Give the right exposure if the light stays as it is; 0 if there is hardly any."""
     try:
-        guess = auto_expose(irradiance, sensor).exposure_s
-    except InputError:  # hardly any light at that moment
-        guess = 0.0
-    return guess if short < guess < long else float(np.sqrt(short * long))
+        return auto_expose(irradiance, sensor).exposure_s
+    except InputError:
+        return 0.0
 
 
 def _require_alike(irradiance: NDArray[np.float64], sensor: SensorSpec) -> None:

@@ -6,15 +6,21 @@ the light it finds, how far it may be off.
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 import numpy as np
 
 from simtip.exposure import auto_expose
+from simtip.mix import weights
 from simtip.optics import magnification
-from simtip.render import Tolerance
+from simtip.render import Tolerance, View
 from simtip.render.view import Floats
 from simtip.sensor import dark_electrons
 from simtip.sensor.light import responsivity
 from simtip.spec import SceneSpec, SensorSpec
+
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
 
 QUANTISATION = 1 / 12
 """Variance of rounding, DN^2 (EMVA 1288)."""
@@ -29,7 +35,7 @@ def noise_tolerance(spec: SceneSpec) -> Tolerance | None:
     share = spec.render.noise
     if share is None:
         return None
-    lens_factor = max(_irradiance_per_radiance(spec, side) for side in ("left", "right"))
+    lens_factor = max(_irradiance_per_radiance(spec, side) for side in SIDES)
     asked = float(share)
 
     def permitted(radiance: Floats, background: Floats | None) -> Floats:
@@ -45,6 +51,49 @@ def noise_tolerance(spec: SceneSpec) -> Tolerance | None:
     return permitted
 
 
+def noise_share(spec: SceneSpec, view: View, side: Side) -> Floats:
+    """Give a view's Monte-Carlo noise over its sensor's own, (H, W); NaN where it is not known.
+
+    Parameters
+    ----------
+    spec
+        The scene, its exposure settled.
+    view
+        Left or right.
+    side
+        Which of the two.
+    """
+    power = [np.reshape(w, (-1, 3)).mean(axis=0) for w in weights(spec, 1).values()]
+    per_radiance = responsivity(spec.sensor) * _irradiance_per_radiance(spec, side)
+    electrons = view.radiance(spec) * per_radiance.astype(np.float32)
+    sd_e = np.sqrt(np.maximum(electrons, 0) + np.float32(noise_floor_e2(spec.sensor)))
+    own = (sd_e / per_radiance.astype(np.float32)).min(axis=-1)
+    share: Floats = view.noise.sd(np.stack(power)) / own
+    return share
+
+
+def noise_summary(spec: SceneSpec, views: tuple[View, View]) -> dict[str, Any]:
+    """Say how noisy two views are, in parts of the sensor's own noise, for a manifest."""
+    summary: dict[str, Any] = {"asked": spec.render.noise}
+    for side, view in zip(SIDES, views, strict=True):
+        share = noise_share(spec, view, side)
+        needle = share[view.coverage > 0]
+        samples = view.noise.samples
+        most = samples >= spec.render.samples
+        summary[side] = {
+            "background_median": _finite(np.median(share)),
+            "needle_median": _finite(np.median(needle)) if needle.size else None,
+            "needle_95_percent": _finite(np.quantile(needle, 0.95)) if needle.size else None,
+            "samples_mean": float(samples.mean()) if samples.size else None,
+            "at_most_samples": float(most.mean()) if samples.size else None,
+        }
+    return summary
+
+
+def _finite(value: np.floating[Any]) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
 def noise_floor_e2(sensor: SensorSpec) -> float:
     """Give the variance of the sensor's noise without light, e-^2: dark, read, rounding.
 
@@ -54,7 +103,7 @@ def noise_floor_e2(sensor: SensorSpec) -> float:
     return float(dark_electrons(sensor) + sensor.read_noise_e**2 + rounding)
 
 
-def _irradiance_per_radiance(spec: SceneSpec, side: str) -> float:
-    lens = getattr(spec.rig, side).lens
+def _irradiance_per_radiance(spec: SceneSpec, side: Side) -> float:
+    lens = (spec.rig.left if side == "left" else spec.rig.right).lens
     working = lens.f_number * (1 + magnification(lens))
     return float(np.pi / (4 * working**2))

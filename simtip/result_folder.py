@@ -15,11 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.clutter import objects, objects_truth
 from simtip.errors import InputError
 from simtip.image_file import write_png
+from simtip.light_file import Lights, lights_name, write_lights
+from simtip.noise_budget import noise_summary
 from simtip.output_folder import OutputFolder
 from simtip.overlay import draw_view, side_by_side
 from simtip.render import Backend, View
+from simtip.render.setting import clutter_setting
 from simtip.rig_file import write_rig
 from simtip.scene_file import dump_scene
 from simtip.simulation import Simulation
@@ -96,19 +100,48 @@ def result_folder(path: str | Path) -> Iterator[Path]:
         ) from error
 
 
-def write_simulation(folder: Path, simulation: Simulation, *, exr: bool = False) -> None:
-    """Write images, needle masks, truth, the resolved scene and the true rig into a folder."""
+def write_simulation(
+    folder: Path, simulation: Simulation, *, exr: bool = False, lights: bool = False
+) -> None:
+    """Write images, masks, truth, the resolved scene and the true rig into a folder.
+
+    Parameters
+    ----------
+    folder
+        An existing one.
+    simulation
+        What to write.
+    exr
+        Also the mixed radiance, coverage and depth.
+    lights
+        Also every light group, so that `simtip remix` can go on from there.
+    """
     for side, image, view in zip(
         ("left", "right"), simulation.images, simulation.views, strict=True
     ):
         write_png(folder / f"{side}.png", image)
         write_png(folder / f"{side}_mask.png", np.rint(view.coverage * 255).astype(np.uint8))
+        if view.clutter.any():
+            share = np.rint(view.clutter * 255).astype(np.uint8)
+            write_png(folder / f"{side}_clutter.png", share)
         if exr:
             _write_exr(folder / f"{side}.exr", view, view.radiance(simulation.spec))
-    _write_json(folder / "truth.json", simulation.truth.to_dict())
+        if lights:
+            group = Lights(view, simulation.spec, simulation.seed, side)
+            write_lights(folder / lights_name(side), group)
+    _write_json(folder / "truth.json", _truth(simulation))
     resolved = simulation.spec.model_copy(update={"seed": simulation.seed})
     (folder / "scene.yaml").write_text(dump_scene(resolved), encoding="utf-8")
     write_rig(folder / "rig_true.yaml", simulation.truth.rig)
+
+
+def _truth(simulation: Simulation) -> dict[str, Any]:
+    """Give the truth of the needle, and of the solid clutter if there is any."""
+    spec, truth = simulation.spec, simulation.truth.to_dict()
+    things = objects(spec.clutter, clutter_setting(spec), simulation.seed)
+    if things:
+        truth["clutter"] = objects_truth(spec.clutter, things)
+    return truth
 
 
 def write_trial(folder: Path, trial: Trial) -> None:
@@ -156,6 +189,7 @@ def write_manifest(folder: Path, simulation: Simulation, timings_s: dict[str, fl
             "backend": backend_facts(simulation.backend),
             "seed": simulation.seed,
             "exposure_s": simulation.spec.sensor.exposure_s,
+            "noise": noise_summary(simulation.spec, simulation.views),
             "timings_s": timings_s,
             "sha256": files,
         },

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ class Simulation:
     images
         Left and right, (H, W, 3) RGB, DN; uint8 at 8 bit, uint16 above.
     timings_s
-        Wall time of "render" and "sensor".
+        Wall time of "render", if it was rendered here, and "sensor".
     """
 
     spec: SceneSpec
@@ -75,13 +75,40 @@ def simulate(
         gives `sensor.background_dn`.
     """
     seed = spec.seed if seed is None else seed
-    truth = scene_truth(spec)
+    scene_truth(spec)  # before long work: what has no truth is refused
     backend = backend or choose()
     start = time.perf_counter()
     views = render_pair(
         spec, backend=backend, seed=seed, tolerance=noise_tolerance(spec), progress=progress
     )
-    rendered = time.perf_counter()
+    rendered = time.perf_counter() - start
+    done = expose_pair(spec, views, seed=seed, backend=backend)
+    return replace(done, timings_s={"render": rendered, **done.timings_s})
+
+
+def expose_pair(
+    spec: SceneSpec, views: tuple[View, View], *, seed: int, backend: Backend
+) -> Simulation:
+    """Mix rendered light and expose both sensors to it: nothing is rendered.
+
+    Parameters
+    ----------
+    spec
+        The scene; `simtip.light_inputs` says what of it has to be as it was rendered.
+    views
+        Left and right.
+    seed
+        Root seed of the sensors' noise.
+    backend
+        What rendered them.
+
+    Raises
+    ------
+    InputError
+        The scene has no meaningful truth, or no exposure gives `sensor.background_dn`.
+    """
+    truth = scene_truth(spec)
+    start = time.perf_counter()
     cameras = (spec.rig.left, spec.rig.right)
     light = _Light(spec, views)
     spec = spec.model_copy(update={"sensor": settle_exposure(light.backgrounds, spec.sensor)})
@@ -96,7 +123,7 @@ def simulate(
             ("left", "right"), light.on_sensors(spec.sensor), cameras, strict=True
         )
     )
-    timings = {"render": rendered - start, "sensor": time.perf_counter() - rendered}
+    timings = {"sensor": time.perf_counter() - start}
     return Simulation(spec, seed, backend, truth, views, (left, right), timings)
 
 

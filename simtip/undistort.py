@@ -18,14 +18,14 @@ from simtip.geometry import Array
 TOLERANCE_PX = 0.005
 """How far a rendered pixel may be from the projection of its ray."""
 
-STEPS = (4, 8, 16, 32)
+STEPS = (4, 8, 16)
 """Newton steps that are tried; four are enough for nearly all lenses."""
 
 DEGREE = 5
 """Of the polynomial in the squared distorted radius from which Newton's method starts."""
 
 _PROFILE = 400  # radii of the fit
-_ACROSS = 64  # pixels checked along the shorter side, and several times as many along the border
+_ACROSS = 128  # pixels checked along the shorter side, and several times as many along the border
 
 
 @dataclass(frozen=True)

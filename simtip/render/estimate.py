@@ -169,7 +169,9 @@ class _Sampling:
         """
         response = self._average()[..., : 3 * self._scene.groups]
         mixed = np.einsum(
-            "nrgc,gc->nrc", response.reshape(*response.shape[:2], -1, 3), goal.weights
+            "nrgc,gc->nrc",
+            response.reshape(*response.shape[:2], self._scene.groups, 3),
+            goal.weights,
         )
         scatter = mixed.mean(axis=2).var(axis=1, ddof=1) / REPLICAS
         variance = self._pooled(scatter)
@@ -232,7 +234,7 @@ class _Sampling:
         return pooled
 
     def _kinds(self) -> NDArray[np.int64]:
-        """Number pixels (n,) by whether needle and clutter cover them not, in part or wholly."""
+        """Tell pixels (n,) apart: needle and clutter cover them not, in part or wholly."""
         covered = self._average()[..., -2:].mean(axis=1)
         needle, clutter = ((covered > 0).astype(np.int64) + (covered >= 1)).T
         return np.asarray(3 * needle + clutter)

@@ -109,6 +109,10 @@ class Illuminator:
         self.groups = len(lamps) + 1
         self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
+    def without_shadows(self) -> Illuminator:
+        """Give one for a board before which nothing stands."""
+        return Illuminator(None, self._lamps, self._surround, self._board, self.height_mm)
+
     def lamps(
         self, st: Array, samples: int, seed: int, tally: Tally
     ) -> tuple[Floats, NDArray[np.bool_]]:
@@ -137,7 +141,7 @@ class Illuminator:
 
         def shares(si: Any, points: Points) -> list[Any]:
             ray = room_ray(si, points)
-            met = self._scene.ray_test(ray)
+            met = mi.Mask(False) if self._scene is None else self._scene.ray_test(ray)
             return [dr.select(met, light, 0) for light in self._surround.light(ray, met)]
 
         return self._trace(shares, st, samples, seed, tally)

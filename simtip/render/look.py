@@ -28,6 +28,9 @@ LENS_SAMPLES = 4
 PAPER_SAMPLES = 8
 """Per pixel of background with texture or prints."""
 
+CROP_PX = 40
+"""Around all that is sampled, of a crop."""
+
 Mask = NDArray[np.bool_]
 
 
@@ -47,6 +50,8 @@ class Look:
         (H, W) pixels that need full transport; all others see only the background.
     open_samples
         Samples of those others.
+    window
+        Rows and columns beyond which the background is filled up smoothly; None: nowhere.
     """
 
     name: str
@@ -55,6 +60,15 @@ class Look:
     hits: FirstHits
     full: Mask
     open_samples: int
+    window: tuple[slice, slice] | None = None
+
+    def near_background(self) -> Mask:
+        """Mark pixels (n,) of background that are worked out one by one."""
+        if self.window is None:
+            return self.hits.background
+        inside = np.zeros(self.full.shape, np.bool_)
+        inside[self.window] = True
+        return self.hits.background & inside.reshape(-1)
 
 
 def look_through(
@@ -87,7 +101,18 @@ def look_through(
         full |= _dilated(~hits.background.reshape(shape) & ~full, reach)
     samples = LENS_SAMPLES if lens is not None else 1
     paper = spec.background.textured() or spec.clutter.amounts().prints()
-    return Look(name, camera, eye, hits, full, PAPER_SAMPLES if paper else samples)
+    window = _window(full) if spec.render.crop else None
+    return Look(name, camera, eye, hits, full, PAPER_SAMPLES if paper else samples, window)
+
+
+def _window(full: Mask) -> tuple[slice, slice]:
+    """Frame all pixels (H, W) that are marked, and some around them."""
+    sides = []
+    for axis, side in zip((1, 0), full.shape, strict=True):
+        marked = np.flatnonzero(full.any(axis=axis))
+        low, high = (marked[0], marked[-1] + 1) if len(marked) else (0, 0)
+        sides.append(slice(max(int(low) - CROP_PX, 0), min(int(high) + CROP_PX, side)))
+    return sides[0], sides[1]
 
 
 def _margin(lens: ThinLens | None, camera: Camera, depths_mm: Array) -> float:

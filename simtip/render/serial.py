@@ -149,6 +149,7 @@ def render_views(
         _render_view(spec, camera, T_wc, mask, samples, seed32(seed, name), tally, backend)
         for (name, camera, T_wc), mask in zip(jobs, masks, strict=True)
     )
+    tally.finish()
     return left, right
 
 

@@ -113,7 +113,12 @@ def metal_bsdf(material: NeedleMaterial, sensor: SensorSpec) -> Any:
         else {"alpha_u": material.roughness, "alpha_v": material.roughness_along}
     )
     tint = film_tint(n, k, material.oxide_nm, sensor)
-    film = {} if tint is None else {"specular_reflectance": {"type": "rgb", "value": tint.tolist()}}
+    film: dict[str, Any] = {}
+    if tint is not None:
+        # A film may reflect more than the bare metal, which Mitsuba refuses unless told.
+        film = {
+            "specular_reflectance": {"type": "srgb", "color": tint.tolist(), "unbounded": True}
+        }
     return mi.load_dict(
         {
             "type": "roughconductor",
@@ -250,7 +255,7 @@ def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()
         lamps=lamps,
         surround=(
             EvenRoom(len(lamps))
-            if spec.room is None
+            if spec.room is None or not lamps  # unlit walls add nothing
             else WalledRoom(spec.room, lamps, seed32(seed, "walls"))
         ),
         clutter=[

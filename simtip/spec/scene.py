@@ -51,7 +51,7 @@ class RenderSpec(Part):
                 "that are spent. Rounded up to a multiple of 4."
             ),
         ),
-    ] = 1024
+    ] = 4096
     light_step_mm: Annotated[
         Positive, Field(description="Grid step of the background's illumination, mm.")
     ] = 0.5
@@ -136,6 +136,16 @@ class SceneSpec(Part):
     @model_validator(mode="after")
     def _blur_is_small(self) -> SceneSpec:
         self.rig.check_blur(self.sensor)
+        return self
+
+    @model_validator(mode="after")
+    def _crop_shows_nothing_else(self) -> SceneSpec:
+        board, amounts = self.background, self.clutter.amounts()
+        uneven = board.textured() or board.wrinkles is not None
+        if self.render.crop and (uneven or amounts != type(amounts)()):
+            raise ValueError(
+                "render.crop fills up with a smooth background: not with clutter, paper or wrinkles"
+            )
         return self
 
     @model_validator(mode="after")

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
+from simtip import bench_camera
 from simtip.bench_camera import measure_scene_camera
 from simtip.cli import main
+from simtip.errors import InputError
 from simtip.spec import SceneSpec
 
 KEYS = [
@@ -63,6 +66,42 @@ def test_the_command_prints_one_object_and_draws_the_plot(scene_path, tmp_path, 
     result = json.loads(capsys.readouterr().out)
     assert list(result["recovered"]) == list(result["configured"]) == list(result["ci99"]) == KEYS
     assert plot.read_text().lstrip().startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    ("sensor", "field"),
+    [
+        ({"preset": "ideal"}, "sensor.noise"),
+        ({"noise": False}, "sensor.noise"),
+        ({"gamma": 0.5}, "sensor.gamma"),
+        ({"quantum_efficiency": [0.5, 0, 0.5]}, "sensor.quantum_efficiency[1]"),
+    ],
+)
+def test_what_cannot_be_measured_names_the_scenes_own_field(scene, sensor, field):
+    with pytest.raises(InputError) as caught:
+        measure_scene_camera(with_sensor(scene, sensor))
+    assert caught.value.field == field
+    assert caught.value.remedy
+
+
+def test_progress_rises_to_the_end(scene, monkeypatch):
+    monkeypatch.setattr(bench_camera, "SIDE_PX", 24)
+    seen: list[float] = []
+    measure_scene_camera(with_sensor(scene, CAMERAS["ten bits"]), progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
+    assert seen[0] < 0.01
+    # Even steps after the planning: a person may trust the time left.
+    steps = np.diff([done for done in seen if done > bench_camera.PLANNING])
+    np.testing.assert_allclose(steps, (1 - bench_camera.PLANNING) / (len(steps) + 1), rtol=1e-6)
+
+
+def test_a_camera_without_shot_noise_is_null_with_reasons(scene, monkeypatch):
+    monkeypatch.setattr(bench_camera, "SIDE_PX", 48)
+    sensor = {"preset": "low_noise", "effects": {"shot_noise": False}}
+    result = measure_scene_camera(with_sensor(scene, sensor)).to_dict()
+    assert all(value is None for value in result["recovered"].values())
+    assert set(result["reasons"]) == set(KEYS)
 
 
 @pytest.mark.parametrize("plot", ["there.png", "plot.pdf", "no/such/folder.png"])

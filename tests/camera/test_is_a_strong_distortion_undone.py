@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from simtip.camera import Camera, border, folds
+from simtip.camera import Camera, _solved, border, folds
 from simtip.undistort import TOLERANCE_PX, checked_pixels, plan
 
 SIZE = (2048, 1436)
@@ -88,6 +88,16 @@ def test_a_pixel_that_no_ray_reaches_has_none():
     np.testing.assert_array_equal(np.isnan(rays).any(axis=1), [False, False, True, True])
 
 
+def test_a_ray_from_beyond_the_fold_is_not_taken():
+    """r (1 - 0.4 r^2) is 0.3 at 0.312 and at 1.402: the second one is upside down."""
+    folding = camera(1910, (-0.4, 0, 0, 0))
+    wanted = np.array([[MIDDLE[0] + 1910 * 0.3, MIDDLE[1]]] * 2)
+    rays, kept = _solved(folding, np.array([[0.3, 0.0], [1.4, 0.0]]), wanted, 0.0)
+    np.testing.assert_allclose(projected(folding, rays), wanted, atol=1e-6)
+    np.testing.assert_allclose(rays[:, 0], [0.312168, 1.401771], atol=1e-6)
+    assert kept.tolist() == [True, False]
+
+
 @pytest.mark.parametrize("share", [0.999, 1.001])
 def test_a_fold_is_seen_at_the_very_corner(share):
     """The profile's greatest value 2/3 / sqrt(-3 k1), against the corner's radius."""
@@ -114,6 +124,14 @@ def test_a_turning_point_is_seen_however_narrow():
     f = 1910 * (1 - d)  # takes the leading factor in
     assert folds(camera(f, (k[1] / k[0], k[2] / k[0], 0, 0)))
     assert not folds(camera(f, (0.99 * k[1] / k[0], k[2] / k[0], 0, 0)))
+
+
+@pytest.mark.parametrize("tangential", [0.0, 1e-9])
+def test_a_fold_is_seen_between_centre_and_border(tangential):
+    """Slope (1 - q / 0.2)^2 - 0.02: back and forth within a few hundredths, but upright beyond."""
+    slope = np.array([1 - 0.02, -2 / 0.2, 1 / 0.04])
+    k1, k2 = (slope / [1, 3, 5] / slope[0])[1:]
+    assert folds(camera(1910, (k1, k2, tangential, tangential)))
 
 
 @pytest.mark.parametrize(

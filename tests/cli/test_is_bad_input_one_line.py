@@ -105,7 +105,7 @@ SCENES = {
     "no baseline": Bad(
         "scene.yaml:{line}: rig.t_mm: ", "correct", "[72.047, 2.138, 14.041]", "[0, 0, 0]"
     ),
-    "region off the sensor": Bad("scene.yaml:4: rig.left: roi ", "correct", "[780,", "[2000,"),
+    "region off the sensor": Bad("scene.yaml:5: rig.left.roi: ", "correct", "[780,", "[2000,"),
     "needle outside both views": Bad(
         "scene.yaml:{line}: needle.tip_mm: the needle is outside both images",
         "into a camera's field of view",

@@ -1,7 +1,9 @@
 import json
+from dataclasses import dataclass
 
+import numpy as np
 import pytest
-from invented_camera import CAMERAS, middling_10_bit, noisy_8_bit, quiet_12_bit
+from invented_camera import CAMERAS, BenchCamera, middling_10_bit, noisy_8_bit, quiet_12_bit
 
 from simtip.emva import measure_camera, plan_measurement
 from simtip.emva.result import KEYS
@@ -59,6 +61,60 @@ def test_a_dark_level_cut_off_at_zero_is_said_and_does_not_bias(black_dn):
     assert any("at DN 0" in note for note in found.notes)
     for key in ("K_dn_per_e", "sigma_d_e", "dsnu_e", "prnu_percent", "dark_current_e_per_s"):
         assert within(getattr(found, key), truth_of(camera)[key]), key
+
+
+def black_at_zero(**change):
+    own = {"K": 0.2, "sigma_d_e": 5.0, "full_well_e": 18000, "bit_depth": 12, "black_dn": 0.0}
+    return BenchCamera(**{**own, "shape": (128, 128), **change})
+
+
+@pytest.mark.parametrize(
+    "change", [{}, {"K": 1.0, "sigma_d_e": 20.0, "bit_depth": 16, "dsnu_e": 5.0}]
+)
+def test_a_noisy_camera_without_a_black_level_has_its_pattern_measured(change):
+    """Dark and weakly lit frames are cut off at DN 0 until the light lifts K sigma_d off it."""
+    camera = black_at_zero(**change)
+    found = measured(camera)
+    for key, truth in truth_of(camera).items():
+        assert within(getattr(found, key), truth), key
+    for key in ("dsnu_e", "prnu_percent"):
+        estimate = getattr(found, key)
+        assert estimate.high - estimate.value < 0.1 * estimate.value, key
+
+
+def test_the_weak_light_stays_where_the_dark_is_not_cut_off():
+    plan = plan_measurement(middling_10_bit(), bit_depth=10, exposure_s=0.01)
+    camera = middling_10_bit()
+    # 0.4 DN^2 over K^2 electrons, at the quantum efficiency; probed on 64 x 64 pixels.
+    assert plan.flat_photons[1] == pytest.approx(0.4 / camera.K**2 / camera.eta, rel=0.2)
+
+
+@dataclass
+class NoShotNoise(BenchCamera):
+    """As many electrons as on average, always."""
+
+    def __call__(self, photons, exposure_s, count):
+        mean = self.eta * photons * self.response + self.dark_e_per_s * exposure_s
+        for _ in range(count):
+            electrons = np.minimum(mean, self.full_well_e) + self.offset_e
+            electrons = electrons + self.rng.standard_normal(self.shape) * self.sigma_d_e
+            dn = np.clip(np.rint(self.black_dn + self.K * electrons), 0, 2**self.bit_depth - 1)
+            yield dn.astype(np.uint16)
+
+
+@pytest.mark.parametrize("noise_seed", range(6))
+@pytest.mark.parametrize("sigma_d_e", [2.0, 8.0])
+def test_a_camera_without_shot_noise_has_no_gain_to_find(noise_seed, sigma_d_e):
+    found = measured(
+        NoShotNoise(
+            K=0.2, sigma_d_e=sigma_d_e, full_well_e=18000, bit_depth=12, black_dn=32.0,
+            noise_seed=noise_seed,
+        )
+    ).to_dict()  # fmt: skip
+    for key in KEYS:
+        assert found[key] is None
+        assert found["ci99"][key] is None
+        assert "noise" in found["reasons"][key]
 
 
 def test_an_adc_that_clips_first_is_said_and_measured():

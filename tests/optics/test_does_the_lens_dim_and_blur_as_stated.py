@@ -61,6 +61,24 @@ def test_vignetting_follows_a_distorted_ray():
     assert kept[0, 0] < relative_illumination(CAMERA, LensSpec(cos4=True))[0, 0]
 
 
+@pytest.mark.parametrize("size", [(1201, 801), (1200, 800), (1197, 794), (9, 8), (1, 2)])
+def test_no_light_is_asked_for_beyond_the_last_pixel(size):
+    """A lens that ends within a pixel of the image: beyond, no ray exists."""
+    corner = np.hypot((size[0] - 0.5) / 1000, (size[1] - 0.5) / 1000)
+    k1 = -4 / 27 / corner**2  # the radial profile ends where it has reached the corner
+    camera = Camera(np.array([[1000.0, 0, 0], [0, 1000.0, 0], [0, 0, 1]]), *size, (k1, 0, 0, 0))
+    assert np.isnan(camera.normalise([size[0] + 7.0, size[1] + 7.0])).all()
+    kept = relative_illumination(camera, LensSpec(cos4=True, vignetting=(-0.1,)))
+    assert kept.shape == size[::-1]
+    u, v = np.meshgrid(np.arange(0, size[0], 5), np.arange(0, size[1], 5))
+    t2 = (camera.normalise(np.stack([u, v], axis=-1)) ** 2).sum(axis=-1)
+    # Up to a few pixels from the end, where the ray runs away as a square root does.
+    inner = np.hypot(u, v) < 980 * corner
+    expected = (1 - 0.1 * t2) / (1 + t2) ** 2
+    np.testing.assert_allclose(kept[v, u][inner], expected[inner], rtol=2e-3)
+    assert ((kept > 0) & (kept <= 1)).all()
+
+
 @pytest.mark.parametrize("lens", [{"diffraction": True}, {"aberration_um": 3.0}])
 def test_point_spread_keeps_energy_and_place_and_an_even_image_even(lens):
     plain, spread = LensSpec(f_number=2), LensSpec(f_number=2, **lens)
@@ -76,3 +94,17 @@ def test_point_spread_keeps_energy_and_place_and_an_even_image_even(lens):
         assert soft[30, 50, channel] < 0.99 * sharp[30, 50, channel]
         centre = [(u * soft[..., channel]).sum() / total, (v * soft[..., channel]).sum() / total]
         np.testing.assert_allclose(centre, [50, 30], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("f_number", "too_high"), [(1.4, 0.071), (2.8, 0.125), (5.6, 0.172), (11, 0.013)]
+)
+def test_the_kernel_departs_from_airy_at_nyquist_as_the_docs_say(f_number, too_high):
+    """Goodman 6.3: the OTF of a circular pupil, at 0.5 cycles a pixel along an axis."""
+    psf = LensSpec(f_number=f_number, diffraction=True).point_spread(SENSOR)
+    profile = psf.kernel(1).sum(axis=0)
+    lag = np.arange(len(profile)) - len(profile) // 2
+    kernel = (profile * np.cos(np.pi * lag)).sum()
+    x = 0.5 / SENSOR.pixel_um * SENSOR.wavelength_nm[1] * 1e-3 * f_number
+    airy = 2 / np.pi * (np.arccos(x) - x * np.sqrt(1 - x**2))
+    assert kernel - airy == pytest.approx(too_high, abs=0.002)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose
 from simtip.render import choose, render_discs
+from simtip.render.backend import activated
 
 MEAN_PX = 0.005
 WORST_PX = 0.02
@@ -53,14 +55,16 @@ def projected_centroids(camera: Camera, points_c: np.ndarray, radius: float) -> 
     return np.column_stack(moments) / (3 * cross.sum(axis=1))[:, None]
 
 
-def errors(camera: Camera, T_wc: Pose, backend: str, samples: int = 256) -> np.ndarray:
+def errors(
+    camera: Camera, T_wc: Pose, backend: str, samples: int = 256, bent_px: float = 0.01
+) -> np.ndarray:
     pixels, points, radius = discs(camera, T_wc)
     assert len(pixels) > 0
     image = render_discs(
         camera, T_wc, points, radius, samples=samples, seed=1, backend=choose(backend)
     )
     expected = projected_centroids(camera, T_wc.inverse().apply(points), radius)
-    np.testing.assert_allclose(expected, pixels, atol=0.01)
+    np.testing.assert_allclose(expected, pixels, atol=bent_px)
     return centroids(image, pixels) - expected
 
 
@@ -102,6 +106,47 @@ def test_points_land_where_opencv_says_through_a_distorting_lens(paper_rig, side
     moved = np.linalg.norm(corner.undistort([300.0, 250.0]) - [300.0, 250.0])
     assert moved > 5
     check(errors(corner, pose, "auto"))
+
+
+STRONG = {
+    "barrel and pincushion": (1910, (-1.1904, 0.497, 0.0282, -0.0244, 1.3003)),
+    "steep at the corner": (3000, (-1.5334, -4.7879, 0, 0, 23.52)),
+    "pole beyond the corner": (1910, (0, 0, 0, 0, 0, -3, 0, 0)),
+    "two terms": (1910, (-1.2, 0.9, 0, 0)),
+    "wide and rational": (
+        700,
+        (-0.5541, -0.0531, -0.0025, -0.0024, -0.0281, -0.6296, -0.0687, -0.0226),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", STRONG)
+def test_a_strong_lens_is_undone_in_the_renderers_own_numbers(name):
+    """Chief rays of single pixels, to the corners; OpenCV projects them back."""
+    f, coefficients = STRONG[name]
+    K = np.array([[f, 0, 1023.5], [0, f, 717.5], [0, 0, 1]])
+    camera = Camera(K, 2048, 1436, coefficients)
+    u, v = np.meshgrid([0, 1, 300, 1023, 1700, 1880, 2046, 2047], [0, 1, 20, 717, 1300, 1435])
+    with activated(choose("auto")):
+        from simtip.render.engine import mi
+        from simtip.render.eye import Eye
+
+        index = mi.UInt32((v * camera.width + u).ravel())
+        rays = Eye(camera, Pose.identity()).chief_rays(index, mi.Point2f(0.5, 0.5))
+        directions = np.array(rays.d).T
+    back, _ = cv2.projectPoints(
+        directions / directions[:, 2:], np.zeros(3), np.zeros(3), K, np.array(coefficients)
+    )
+    off = back.reshape(-1, 2) - np.column_stack([u.ravel(), v.ravel()])
+    assert np.abs(off).max() < MEAN_PX / 2
+
+
+@pytest.mark.parametrize("corner", [(1700, 0, 348, 286), (0, 1150, 348, 286)])
+def test_points_land_where_opencv_says_through_a_strong_lens(corner):
+    f, coefficients = STRONG["two terms"]
+    K = np.array([[f, 0, 1023.5], [0, f, 717.5], [0, 0, 1]])
+    camera = Camera(K, 2048, 1436, coefficients).cropped(*corner)
+    check(errors(camera, Pose.identity(), "auto", samples=1024, bent_px=0.2))
 
 
 @pytest.mark.slow
