@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from simtip.emva import CameraCharacteristics, measure_camera, plan_measurement
 from simtip.errors import InputError
 from simtip.seeding import stream
-from simtip.sensor import dark_factor, expose, fixed_pattern
+from simtip.sensor import dark_factor, expose, fixed_pattern, gains
 from simtip.sensor import photons as photons_of
 from simtip.spec import CameraSpec, SceneSpec, SensorSpec
 
@@ -67,11 +67,11 @@ def configured(sensor: SensorSpec) -> dict[str, float]:
     The full well is where the signal stops, at the well or at the top code, whichever comes first.
     """
     on = sensor.effects
-    to_top = (2**sensor.bit_depth - 1 - sensor.black_level_dn) / sensor.gain_dn_per_e
+    to_top = (2**sensor.bit_depth - 1 - sensor.black_level_dn) / float(gains(sensor)[CHANNEL])
     well = min(sensor.full_well_e, to_top) if on.full_well else to_top
     growth = dark_factor(sensor.temperature_c, sensor.dark_reference_c, sensor.dark_doubling_k)
     return {
-        "K_dn_per_e": sensor.gain_dn_per_e,
+        "K_dn_per_e": float(gains(sensor)[CHANNEL]),
         "sigma_d_e": sensor.read_noise_e * (sensor.noise and on.read_noise),
         "dark_current_e_per_s": sensor.dark_current_e_per_s * growth * on.dark_current,
         "full_well_e": well,

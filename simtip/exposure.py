@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from simtip.errors import InputError
-from simtip.sensor import UNIFORM, dark_electrons, expected_dn, responsivity
+from simtip.sensor import UNIFORM, dark_electrons, expected_dn, gains, responsivity
 from simtip.spec import SensorSpec
 
 GRAY = np.array([0.299, 0.587, 0.114])
@@ -44,6 +44,36 @@ def background_irradiance(
     free = coverage == 0
     pixels = irradiance[free] if free.any() else irradiance.reshape(-1, 3)
     return np.median(pixels, axis=0).astype(np.float64)
+
+
+def settle_white_balance(backgrounds: Backgrounds, sensor: SensorSpec) -> SensorSpec:
+    """Set the channels' gains so that the backgrounds come out gray, if the sensor asks for it.
+
+    Parameters
+    ----------
+    backgrounds
+        Gives the irradiance of the backgrounds; their mean counts.
+    sensor
+        With `auto_white_balance` or without; then it is returned as it is.
+
+    Raises
+    ------
+    InputError
+        A channel sees no light of the background, or too little.
+    """
+    if not sensor.auto_white_balance:
+        return sensor
+    electrons = backgrounds(sensor).mean(axis=0) * responsivity(sensor)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = electrons[1] / electrons
+    if not (np.isfinite(factors).all() and factors.max() <= 20 and factors.min() >= 0.05):
+        raise InputError(
+            f"the background's channels collect {', '.join(f'{e:.3g}' for e in electrons)} e-: no "
+            "gain of 0.05 to 20 balances them",
+            field="sensor.auto_white_balance",
+            remedy="give light of another colour, or white_balance instead",
+        )
+    return sensor.model_copy(update={"white_balance": tuple(factors.tolist())})
 
 
 def gray_level(irradiance: NDArray[np.float64], sensor: SensorSpec) -> float:
@@ -162,14 +192,14 @@ def _by_light(irradiance: NDArray[np.float64], sensor: SensorSpec) -> float:
 def _require_alike(irradiance: NDArray[np.float64], sensor: SensorSpec) -> None:
     """Refuse backgrounds of which one saturates and another is darker."""
     collected = irradiance * responsivity(sensor) + dark_electrons(sensor)
-    limit = (2**sensor.bit_depth - 1 - sensor.black_level_dn) / sensor.gain_dn_per_e
+    limit = (2**sensor.bit_depth - 1 - sensor.black_level_dn) / gains(sensor)
     if sensor.effects.full_well:
-        limit = min(limit, sensor.full_well_e)
-    lost = np.maximum(collected - limit, 0) @ GRAY / limit
+        limit = np.minimum(limit, sensor.full_well_e)
+    lost = np.maximum(collected / limit - 1, 0) @ GRAY
     gray = collected @ GRAY
     if lost.max() <= LOST or gray.max() <= UNLIKE * gray.min():
         return
-    unsaturated = _timed(sensor, sensor.exposure_s * limit / float(collected.max()))
+    unsaturated = _timed(sensor, sensor.exposure_s / float((collected / limit).max()))
     levels = _gray_levels(irradiance, sensor)
     raise InputError(
         f"a mean of {sensor.background_dn:g} DN means {levels[0]:.0f} DN left and {levels[1]:.0f} "

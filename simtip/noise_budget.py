@@ -11,12 +11,14 @@ from typing import Any, Literal
 import numpy as np
 
 from simtip.exposure import auto_expose
+from simtip.geometry import Array
 from simtip.mix import weights
 from simtip.optics import magnification
 from simtip.render import Tolerance, View
 from simtip.render.view import Floats
 from simtip.sensor import dark_electrons
 from simtip.sensor.light import responsivity
+from simtip.sensor.readout import gains
 from simtip.spec import SceneSpec, SensorSpec
 
 Side = Literal["left", "right"]
@@ -66,7 +68,7 @@ def noise_share(spec: SceneSpec, view: View, side: Side) -> Floats:
     power = [np.reshape(w, (-1, 3)).mean(axis=0) for w in weights(spec, 1).values()]
     per_radiance = responsivity(spec.sensor) * _irradiance_per_radiance(spec, side)
     electrons = view.radiance(spec) * per_radiance.astype(np.float32)
-    sd_e = np.sqrt(np.maximum(electrons, 0) + np.float32(noise_floor_e2(spec.sensor)))
+    sd_e = np.sqrt(np.maximum(electrons, 0) + noise_floor_e2(spec.sensor).astype(np.float32))
     own = (sd_e / per_radiance.astype(np.float32)).min(axis=-1)
     share: Floats = view.noise.sd(np.stack(power)) / own
     return share
@@ -94,13 +96,13 @@ def _finite(value: np.floating[Any]) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def noise_floor_e2(sensor: SensorSpec) -> float:
-    """Give the variance of the sensor's noise without light, e-^2: dark, read, rounding.
+def noise_floor_e2(sensor: SensorSpec) -> Array:
+    """Give the variance of the sensor's noise without light (3,), e-^2: dark, read, rounding.
 
     Noise that is switched off counts: rendering is to be good enough for it to be switched on.
     """
-    rounding = QUANTISATION / sensor.gain_dn_per_e**2
-    return float(dark_electrons(sensor) + sensor.read_noise_e**2 + rounding)
+    rounding = QUANTISATION / gains(sensor) ** 2
+    return np.asarray(dark_electrons(sensor) + sensor.read_noise_e**2 + rounding)
 
 
 def _irradiance_per_radiance(spec: SceneSpec, side: Side) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.exposure import background_irradiance, settle_exposure
+from simtip.exposure import background_irradiance, settle_exposure, settle_white_balance
 from simtip.geometry import Array
 from simtip.mix import weights
 from simtip.noise_budget import noise_tolerance
@@ -111,7 +111,8 @@ def expose_pair(
     start = time.perf_counter()
     cameras = (spec.rig.left, spec.rig.right)
     light = _Light(spec, views)
-    spec = spec.model_copy(update={"sensor": settle_exposure(light.backgrounds, spec.sensor)})
+    sensor = settle_white_balance(light.backgrounds, spec.sensor)
+    spec = spec.model_copy(update={"sensor": settle_exposure(light.backgrounds, sensor)})
     left, right = (
         expose(
             irradiance,

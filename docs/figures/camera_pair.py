@@ -98,7 +98,8 @@ def save(name: str, picture: Picture) -> None:
 def whole(scene: SceneSpec) -> Picture:
     """Give the left image at half its size."""
     left = np.asarray(simulate(scene).images[0], np.uint8)
-    return np.asarray(cv2.resize(left, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8)
+    half = cv2.resize(left, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    return np.asarray(half, np.uint8)
 
 
 def zoom(scene: SceneSpec) -> Picture:
@@ -125,7 +126,8 @@ def main() -> None:
         row = []
         for step in STEPS_MM:
             where = f"{step:+.0f} mm" if step else "at focus"
-            row.append(labelled(zoom(change(realistic(scene, FOCUS_MM + step))), f"{name}, {where}"))
+            picture = zoom(change(realistic(scene, FOCUS_MM + step)))
+            row.append(labelled(picture, f"{name}, {where}"))
         rows.append(beside(row))
     save("camera_focus.jpg", np.vstack(rows))
 

@@ -116,9 +116,7 @@ def metal_bsdf(material: NeedleMaterial, sensor: SensorSpec) -> Any:
     film: dict[str, Any] = {}
     if tint is not None:
         # A film may reflect more than the bare metal, which Mitsuba refuses unless told.
-        film = {
-            "specular_reflectance": {"type": "srgb", "color": tint.tolist(), "unbounded": True}
-        }
+        film = {"specular_reflectance": {"type": "srgb", "color": tint.tolist(), "unbounded": True}}
     return mi.load_dict(
         {
             "type": "roughconductor",

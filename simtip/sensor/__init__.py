@@ -11,6 +11,7 @@
 | 7 | `saturate` | the full well clips (e-) |
 | 8 | `read_noise` | normal noise sigma_d (e-) |
 | 9 | `amplify` | system gain K and black level: DN, not yet whole |
+| 9 | `gains` | K of each channel: white balance |
 | 9a | `gamma_curve` | gamma other than 1: DN, bent, within the range |
 | 10 | `quantise` | rounded once, within 0 .. 2^bits - 1 (DN) |
 | 11 | `demosaic` | if there is a mosaic: red green blue of every pixel (DN), rounded again |
@@ -40,6 +41,7 @@ from simtip.sensor.pattern import UNIFORM, FixedPattern, fixed_pattern
 from simtip.sensor.readout import (
     Image,
     amplify,
+    gains,
     gamma_curve,
     linear_dn,
     quantise,
@@ -61,6 +63,7 @@ __all__ = [
     "expected_dn",
     "expose",
     "fixed_pattern",
+    "gains",
     "gamma_curve",
     "hot_electrons",
     "linear_dn",

@@ -12,7 +12,7 @@ from simtip.sensor.dark import dark_electrons, hot_electrons
 from simtip.sensor.light import checked, responsivity
 from simtip.sensor.mosaic import demosaic, sample, sample_indices, tile
 from simtip.sensor.pattern import FixedPattern
-from simtip.sensor.readout import Image, amplify, gamma_curve, quantise, read_noise, saturate
+from simtip.sensor.readout import Image, amplify, gains, gamma_curve, quantise, read_noise, saturate
 from simtip.sensor.real import Array
 from simtip.sensor.shot import draw
 from simtip.spec import SensorSpec
@@ -71,7 +71,7 @@ def expose(
         collected = steps.filled(collected, rows)
         if read:
             collected = read_noise(collected, spec.read_noise_e, reading)
-        image[rows] = quantise(steps.amplified(collected), spec.bit_depth)
+        image[rows] = quantise(steps.amplified(collected, rows), spec.bit_depth)
     return image.reshape(light.shape) if spec.mosaic is None else demosaic(image, camera.origin)
 
 
@@ -87,7 +87,7 @@ def expected_dn(irradiance_w_m2: ArrayLike, spec: SensorSpec, *, camera: FixedPa
     dn = np.empty(steps.shape)
     for rows in steps.blocks():
         collected = steps.filled(steps.mean(rows, np.dtype(np.float64)), rows)
-        dn[rows] = steps.amplified(collected)
+        dn[rows] = steps.amplified(collected, rows)
     return np.clip(dn, 0, 2**spec.bit_depth - 1).reshape(light.shape)
 
 
@@ -111,6 +111,7 @@ class _Steps:
                 for planes in (camera.response, camera.dsnu_e)
             )
             self._per_irradiance = np.tile(responsivity(spec), width)[None]
+            self._gain = np.tile(gains(spec), width)[None]
         else:
             self.shape = (height, width)
             self._rows = sample(light, camera.origin)
@@ -120,6 +121,7 @@ class _Steps:
             )
             channels = np.tile(tile(camera.origin), (1, width))[:, :width]
             self._per_irradiance = responsivity(spec)[channels]
+            self._gain = gains(spec)[channels]
             if camera.hot is not None:
                 self._hot = sample_indices(camera.hot, width, camera.origin)
         self._dark_e, self._hot_e = dark_electrons(spec), hot_electrons(spec)
@@ -162,15 +164,20 @@ class _Steps:
             collected = saturate(collected, self.spec.full_well_e)
         return collected
 
-    def amplified(self, collected: NDArray[Any]) -> NDArray[Any]:
+    def amplified(self, collected: NDArray[Any], rows: slice) -> NDArray[Any]:
         """Give DN, not yet whole, as they leave the camera."""
-        dn = amplify(collected, self.spec.gain_dn_per_e, self.spec.black_level_dn)
+        gain: float | NDArray[Any] = self.spec.gain_dn_per_e
+        if any(factor != 1 for factor in self.spec.white_balance):
+            gain = self._gain.astype(collected.dtype)
+            if len(gain) > 1:  # rows of a mosaic differ
+                gain = gain[np.arange(rows.start, rows.stop) % 2]
+        dn = amplify(collected, gain, self.spec.black_level_dn)
         return dn if self.spec.gamma == 1 else gamma_curve(dn, self.spec.gamma, self.spec.bit_depth)
 
 
 def _surely_full_e(spec: SensorSpec, camera: FixedPattern) -> float:
     """Give the mean above which the well, or the range if there is none, is full for certain."""
-    full_e: float = 2**spec.bit_depth / spec.gain_dn_per_e
+    full_e = float(2**spec.bit_depth / gains(spec).min())
     if spec.effects.full_well:
         full_e = min(full_e, spec.full_well_e)
     margin_e = 20 * math.sqrt(full_e) + 20 * spec.read_noise_e + 200

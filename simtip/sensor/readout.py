@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.sensor.real import Real
+from simtip.sensor.real import Array, Real
+from simtip.spec import SensorSpec
 
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 """(H, W, 3) DN: uint8 at 8 bit, uint16 above."""
@@ -27,10 +28,15 @@ def read_noise(
     return collected_e + noise * read_noise_e
 
 
+def gains(spec: SensorSpec) -> Array:
+    """Give each channel's system gain (3,), DN/e-: K times its white balance."""
+    return spec.gain_dn_per_e * np.array(spec.white_balance)
+
+
 def amplify(
-    collected_e: NDArray[Real], gain_dn_per_e: float, black_level_dn: float
+    collected_e: NDArray[Real], gain_dn_per_e: float | NDArray[Real], black_level_dn: float
 ) -> NDArray[Real]:
-    """Turn electrons into DN, not yet whole: ``K e + black level``."""
+    """Turn electrons into DN, not yet whole: ``K e + black level``; K one, or one a value."""
     return collected_e * gain_dn_per_e + black_level_dn
 
 

@@ -157,7 +157,7 @@ class CameraSpec(Part):
                 raise InputError(
                     f"roi {list(self.roi)} does not lie in the {self.width}x{self.height} sensor",
                     field="roi",
-                    remedy="give x, y, width, height in px of the full sensor",
+                    remedy="correct it: x, y, width, height in px of the full sensor",
                 )
         width, height = self.roi[2:] if self.roi else (self.width, self.height)
         if width * height > MAX_PIXELS:

@@ -14,6 +14,7 @@ from simtip.spectra import ResponseName, peak_factor, response
 
 Electrons = Annotated[FiniteFloat, Field(ge=0, le=1e6)]
 Celsius = Annotated[FiniteFloat, Field(ge=-273.15, le=200)]
+ChannelGain = Annotated[FiniteFloat, Field(ge=0.05, le=20)]
 RareFraction = Annotated[FiniteFloat, Field(ge=0, le=0.1)]
 
 
@@ -92,6 +93,16 @@ class SensorSpec(Part):
         Electrons, Field(description="Temporal dark noise sigma_d without exposure, e- RMS.")
     ] = 5.0
     gain_dn_per_e: Annotated[Positive, Field(description="Overall system gain K, DN/e-.")] = 0.0255
+    white_balance: Annotated[
+        tuple[ChannelGain, ChannelGain, ChannelGain],
+        Field(description="Gain of each channel over gain_dn_per_e, r g b."),
+    ] = (1.0, 1.0, 1.0)
+    auto_white_balance: Annotated[
+        bool,
+        Field(
+            description="Set white_balance so that the background comes out gray; green keeps 1."
+        ),
+    ] = False
     black_level_dn: Annotated[
         FiniteFloat, Field(ge=0, description="Added before rounding, DN; below the top code.")
     ] = 0.0

@@ -23,7 +23,8 @@ def index(metal: str, wavelength_nm: list[float]) -> np.ndarray:
         for row in csv.reader(path.read_text().splitlines())
         if row and row[0][:1].isdigit()
     ]
-    nm, n, k = np.array(rows).T
+    um, n, k = np.array(rows).T
+    nm = 1000 * um
     return np.interp(wavelength_nm, nm, n) + 1j * np.interp(wavelength_nm, nm, k)
 
 

@@ -48,7 +48,7 @@ def test_the_closed_forms_agree_with_each_other():
     assert polygon(beside, np.zeros(3), up) == pytest.approx(upright_rectangle(2, 5, 3), rel=1e-12)
     # From far away a tube is a strip as wide as its diameter.
     strip = np.array([[0, -0.1, 50], [30, -0.1, 50], [30, 0.1, 50], [0, 0.1, 50]])
-    assert cylinder_end(0.1, 30, 50) == pytest.approx(polygon(strip, np.zeros(3), up), rel=1e-3)
+    assert cylinder_end(0.1, 30, 50) == pytest.approx(polygon(strip, np.zeros(3), up), rel=2e-3)
 
 
 def test_a_panel_parallel_to_the_board(scene):
@@ -169,5 +169,4 @@ def test_the_picture_has_that_light_where_its_rays_meet_the_board(scene, crop):
         found = view.response[0]
         np.testing.assert_allclose((found / expected).mean(axis=(0, 1)), 1, atol=2e-3)
         z = (found - expected).mean(axis=2) / view.noise.sd([1, 0])
-        print(z.std(), abs((found / expected).mean(axis=(0, 1)) - 1).max(), (view.noise.sd([1,0])/found.mean(-1)).mean())
         assert 0.5 < np.sqrt((z**2).mean()) < 1.15
