@@ -19,6 +19,8 @@ from simtip.spec import SensorSpec
 GRAY = np.array([0.299, 0.587, 0.114])
 """Weights of the gray level, ITU-R BT.601, as detectors commonly use them."""
 
+MOST_GAIN = 20.0
+
 SHORTEST_S, LONGEST_S = 1e-6, 100.0
 
 CLOSE_DN = 0.2
@@ -65,11 +67,11 @@ def settle_white_balance(backgrounds: Backgrounds, sensor: SensorSpec) -> Sensor
         return sensor
     electrons = backgrounds(sensor).mean(axis=0) * responsivity(sensor)
     with np.errstate(divide="ignore", invalid="ignore"):
-        factors = electrons[1] / electrons
-    if not (np.isfinite(factors).all() and factors.max() <= 20 and factors.min() >= 0.05):
+        factors = electrons.max() / electrons
+    if not (np.isfinite(factors).all() and factors.max() <= MOST_GAIN):
         raise InputError(
             f"the background's channels collect {', '.join(f'{e:.3g}' for e in electrons)} e-: no "
-            "gain of 0.05 to 20 balances them",
+            f"gain up to {MOST_GAIN:g} balances them",
             field="sensor.auto_white_balance",
             remedy="give light of another colour, or white_balance instead",
         )

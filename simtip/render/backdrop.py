@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simtip.clutter import BoardTexture
 from simtip.geometry import Array, unit
 from simtip.render.board import Board
+from simtip.render.chunks import aligned
 from simtip.render.engine import dr, mi
 from simtip.render.lightmap import LightMap
 
@@ -51,7 +52,7 @@ class Raster:
     def __init__(self, values: NDArray[np.float32], corner: Array, step: float) -> None:
         rows, columns = values.shape[:2]
         self._texture = mi.Texture2f(
-            mi.TensorXf(np.ascontiguousarray(values)),
+            mi.TensorXf(aligned(values)),
             filter_mode=dr.FilterMode.Linear,
             wrap_mode=dr.WrapMode.Clamp,
         )

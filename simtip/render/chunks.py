@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simtip.render.engine import dr
 
 LAUNCH_SAMPLES = 1 << 21
+ALIGNMENT = 64  # bytes
 Report = Callable[[int], None]
 """Told the number of samples just done."""
 
@@ -22,6 +23,19 @@ def batches(items: NDArray[Item], samples: int) -> Iterator[NDArray[Item]]:
     step = max(1, LAUNCH_SAMPLES // samples)
     for start in range(0, len(items), step):
         yield items[start : start + step]
+
+
+def aligned(values: NDArray[Item]) -> NDArray[Item]:
+    """Copy to memory as Dr.Jit would have it.
+
+    It reads NumPy's memory in place, and compiles a kernel for every alignment that it meets.
+    """
+    room = np.empty(values.nbytes + ALIGNMENT, np.uint8)
+    start = -room.ctypes.data % ALIGNMENT
+    copy: NDArray[Item] = room[start : start + values.nbytes].view(values.dtype)
+    copy = copy.reshape(values.shape)
+    copy[...] = values
+    return copy
 
 
 def means(values: list[Any], samples: int) -> NDArray[np.float32]:

@@ -66,13 +66,10 @@ class Layout:
         Width of the image, px.
     groups
         Number of light groups, the ambient included.
-    bodies
-        Number of emitters.
     """
 
     columns: int
     groups: int
-    bodies: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +148,7 @@ class _Sampling:
         starts = np.repeat(self._done[which], REPLICAS).astype(np.uint32)
         found = []
         for part in batches(np.stack([owners, starts], axis=1), add):
-            points, index = points_of(
-                part[:, 0], add, self._seed, self._scene.bodies, start=part[:, 1]
-            )
+            points, index = points_of(part[:, 0], add, self._seed, start=part[:, 1])
             pixel = dr.gather(mi.UInt32, mi.UInt32(part[:, 0] // np.uint32(REPLICAS)), index)
             found.append(means(self._tracer(pixel, points), add))
             self._tally.add(len(part) * add)

@@ -48,9 +48,16 @@ def lamps_of(specs: tuple[LampSpec, ...]) -> list[Lamp]:
     return lamps
 
 
+def pointer(shape: Any) -> Any:
+    """Point to a shape; its number is kept out of the kernels, which it would change."""
+    found = mi.ShapePtr(shape)
+    dr.make_opaque(found)
+    return found
+
+
 def bind(lamps: list[Lamp], shapes: dict[str, Any]) -> None:
     """Find the lamps' shapes in a loaded scene, by their names."""
     for lamp in lamps:
         for name, (_, body) in zip(lamp.shape_ids(), lamp.bodies, strict=True):
             if name in shapes:
-                lamp.shapes.append((mi.ShapePtr(shapes[name]), body))
+                lamp.shapes.append((pointer(shapes[name]), body))

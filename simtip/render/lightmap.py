@@ -105,7 +105,6 @@ class Illuminator:
         self._lamps = lamps
         self._surround = surround
         self._board = board
-        self._bodies = sum(len(lamp.bodies) for lamp in lamps)
         self.groups = len(lamps) + 1
         self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
@@ -157,7 +156,7 @@ class Illuminator:
         world = self._board.points(st).astype(np.float32)
         values = []
         for part in batches(np.arange(len(st), dtype=np.uint32), samples):
-            points, index = points_of(part, samples, seed, self._bodies)
+            points, index = points_of(part, samples, seed)
             place = world[part]
             p = [dr.gather(mi.Float, mi.Float(place[:, j].copy()), index) for j in range(3)]
             zero = dr.zeros(mi.Float, dr.width(index))

@@ -58,7 +58,7 @@ def _discs(T_wc: Pose, points: Array, radius_mm: float) -> dict[str, Any]:
 def _render(scene: Any, eye: Eye, camera: Camera, samples: int, seed: int) -> Floats:
     image = []
     for part in batches(np.arange(camera.width * camera.height, dtype=np.uint32), samples):
-        points, index = points_of(part, samples, seed, lamps=0)
+        points, index = points_of(part, samples, seed)
         ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), points)
         bright = dr.select(scene.ray_test(ray), mi.Float(1), 0)
         image.append(means([bright], samples))

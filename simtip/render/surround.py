@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from simtip.geometry import Array
-from simtip.render.chunks import batches, means
+from simtip.render.chunks import aligned, batches, means
 from simtip.render.engine import dr, mi
 from simtip.render.illumination import direct, matt_point
 from simtip.render.lamps import Lamp
@@ -56,7 +56,7 @@ class WalledRoom:
         )
         light = _wall_light(lamps, points, normals, seed) * albedo[:, None].astype(np.float32)
         self._texture = mi.Texture2f(
-            mi.TensorXf(np.ascontiguousarray(light.reshape(6 * WALL_NODES, WALL_NODES, -1))),
+            mi.TensorXf(aligned(light.reshape(6 * WALL_NODES, WALL_NODES, -1))),
             filter_mode=dr.FilterMode.Linear,
             wrap_mode=dr.WrapMode.Clamp,
         )
@@ -108,10 +108,9 @@ def _nodes(low: Array, high: Array) -> tuple[Array, Array]:
 def _wall_light(lamps: list[Lamp], points: Array, normals: Array, seed: int) -> Any:
     """Give irradiance / pi (n, lamps) at points of the walls; nothing throws shadows there."""
     places = np.arange(len(points), dtype=np.uint32)
-    bodies = sum(len(lamp.bodies) for lamp in lamps)
     found = []
     for part in batches(places, WALL_SAMPLES):
-        sampler, index = points_of(part, WALL_SAMPLES, seed, bodies)
+        sampler, index = points_of(part, WALL_SAMPLES, seed)
         p, n = (
             [dr.gather(mi.Float, mi.Float(a[part, k].astype(np.float32)), index) for k in range(3)]
             for a in (points, normals)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.render.backdrop import Backdrop, Plane
-from simtip.render.chunks import batches, means
+from simtip.render.chunks import aligned, batches, means
 from simtip.render.engine import dr, mi
 from simtip.render.estimate import Estimates, Goal, Layout, estimate
 from simtip.render.eye import Eye
@@ -44,7 +44,7 @@ def render_pixels(
         shares, needle, clutter = radiance(world, backdrop, ray, points)
         return [*(channel for share in shares for channel in share), needle, clutter]
 
-    layout = Layout(eye.columns, backdrop.groups, world.bodies)
+    layout = Layout(eye.columns, backdrop.groups)
     return estimate(tracer, pixels, layout, goal, seed, tally)
 
 
@@ -69,9 +69,10 @@ def render_open(
     found = [np.zeros((0, backdrop.groups + 2), np.float32)]
     for part in batches(pixels, samples):
         if samples == 1:
-            ray = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
+            number = mi.UInt32(aligned(part))
+            ray = eye.chief_rays(number, mi.Point2f(0.5, 0.5))
         else:
-            points, index = points_of(part, samples, seed, 0)
+            points, index = points_of(part, samples, seed)
             ray = eye.sample_rays(dr.gather(mi.UInt32, mi.UInt32(part), index), points)
         shares, prints = backdrop.gray(backdrop.meet(ray), mi.Mask(True))
         total = shares[0]
@@ -106,12 +107,13 @@ def first_hits(world: World, plane: Plane, eye: Eye, pixels: int) -> FirstHits:
     """Look through pixel centres."""
     depths, boards, places = [], [], []
     for part in batches(np.arange(pixels, dtype=np.uint32), 1):
-        ray = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5, 0.5))
+        number = mi.UInt32(aligned(part))
+        ray = eye.chief_rays(number, mi.Point2f(0.5, 0.5))
         hit = world.scene.ray_intersect(ray)
         # One ray in a thousand slips between two of the needle's thin triangles and meets its far
         # wall from inside; a hair's breadth beside it another does not.
         inside = hit.is_valid() & (hit.instance == world.needle) & (dr.dot(hit.n, ray.d) > 0)
-        beside = eye.chief_rays(mi.UInt32(part), mi.Point2f(0.5 + NUDGE_PX, 0.5 + NUDGE_PX))
+        beside = eye.chief_rays(number, mi.Point2f(0.5 + NUDGE_PX, 0.5 + NUDGE_PX))
         t = dr.select(inside, world.scene.ray_intersect_preliminary(beside, inside).t, hit.t)
         z = dr.select(hit.is_valid(), t * dr.dot(ray.d, eye.axes[2]), dr.inf)
         board = hit.is_valid() & (hit.shape == world.background)

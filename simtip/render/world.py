@@ -16,7 +16,7 @@ from simtip.geometry import Array, Pose, unit
 from simtip.needle import Faces, Needle
 from simtip.render.board import Board
 from simtip.render.engine import dr, mi
-from simtip.render.lamps import Lamp, bind, lamps_of
+from simtip.render.lamps import Lamp, bind, lamps_of, pointer
 from simtip.render.metal import channel_index, film_tint
 from simtip.render.surround import EvenRoom, Surround, WalledRoom
 from simtip.seeding import seed32
@@ -75,11 +75,6 @@ class World:
     lamps: list[Lamp]
     surround: Surround
     clutter: list[Thing]
-
-    @property
-    def bodies(self) -> int:
-        """How many emitters are sampled."""
-        return sum(len(lamp.bodies) for lamp in self.lamps)
 
     def brushed(self, si: Any, ray: Any) -> Any:
         """Turn the interaction's frame so that its second axis runs along the brushing."""
@@ -244,8 +239,8 @@ def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()
         brush = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in axis])
     return World(
         scene=scene,
-        needle=mi.ShapePtr(shapes["needle"]),
-        background=mi.ShapePtr(shapes["background"]),
+        needle=pointer(shapes["needle"]),
+        background=pointer(shapes["background"]),
         metal=metal,
         brush=brush,
         board=board,
@@ -257,7 +252,7 @@ def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()
             else WalledRoom(spec.room, lamps, seed32(seed, "walls"))
         ),
         clutter=[
-            Thing(mi.ShapePtr(shapes[name]), thing.in_view)
+            Thing(pointer(shapes[name]), thing.in_view)
             for name, thing in zip(things, clutter, strict=True)
         ],
     )

