@@ -21,18 +21,28 @@ BEGIN, END = "<!-- table: begin -->", "<!-- table: end -->"
 
 ROWS: dict[str, tuple[tuple[str, str, str], ...]] = {
     "render": (
-        ("a pair at the scene's own samples, wall", "pair_wall_s", "{:.1f} s"),
-        ("the same, CPU", "pair_cpu_s", "{:.1f} s"),
+        ("a pair at the scene's own noise, wall", "pair_at_scenes_noise.wall_s", "{:.1f} s"),
+        ("the same, CPU", "pair_at_scenes_noise.cpu_s", "{:.1f} s"),
+        ("**left view to 0.5 % / 1 % noise, CPU: simtip**", "cpu_s_simtip", "{:.1f} s"),
         ("its noise on the background", "noise_background", "{:.2%}"),
-        ("its noise on the needle's flank", "noise_flank", "{:.1%}"),
+        ("its noise on the needle's flank", "noise_flank", "{:.2%}"),
+        ("the same, as the renderer claims", "noise_flank_claimed", "{:.2%}"),
         ("samples traced, all cores", "msamples_per_s", "{:.1f} M/s"),
-        ("**CPU for 0.5 % / 1 % noise: simtip**", "cpu_s_simtip", "{:.1f} s"),
-        ("**CPU for the same: `path`**", "cpu_s_path", "{:.0f} s"),
+        ("**CPU for the same noise: `path`**", "cpu_s_path", "{:.0f} s"),
         ("**ratio**", "ratio", "{:.0f}"),
         ("ratio, `path` helped by weights", "ratio_to_room_weighted_path", "{:.0f}"),
         ("ratio, `path` for the background alone", "ratio_to_path_for_background_alone", "{:.0f}"),
         ("radiance simtip / `path`, background", "radiance_simtip_to_path.background", "{:.4f}"),
         ("radiance simtip / `path`, flank", "radiance_simtip_to_path.flank", "{:.4f}"),
+    ),
+    "mix": (
+        ("a pair with four lamps rendered, CPU", "render_cpu_s", "{:.1f} s"),
+        ("the same mixed anew, CPU", "mix_cpu_s.global", "{:.3f} s"),
+        ("mixed for a rolling shutter, CPU", "mix_cpu_s.rolling", "{:.3f} s"),
+        ("**share of rendering**", "ratio_to_rendering.global", "{:.2%}"),
+        ("**share, rolling shutter**", "ratio_to_rendering.rolling", "{:.2%}"),
+        ("share, from light files", "ratio_from_files_to_rendering", "{:.1%}"),
+        ("two light files", "files.size_mb", "{:.0f} MB"),
     ),
     "sensor": (
         ("one bright image", "expose_s.bright", "{:.2f} s"),

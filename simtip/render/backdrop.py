@@ -17,6 +17,10 @@ from simtip.render.lightmap import LightMap
 
 Vec = Any  # a Dr.Jit array of the active variant: these types exist only once it is set
 
+LEAST_HEIGHT = 0.05
+"""Sine of the height above the board from which wrinkles take a lamp's light to come, at least: the
+middle of a lamp that reaches behind the board would make them endlessly steep."""
+
 
 class Plane:
     """The background's plane in the renderer's own numbers."""
@@ -154,7 +158,7 @@ def _paper(board: Board, texture: BoardTexture, lamp_places: tuple[Array, ...]) 
     towards = []
     for place in lamp_places:
         direction = unit(place - board.centre)
-        height = max(float(direction @ board.normal), 1e-3)
+        height = max(float(direction @ board.normal), LEAST_HEIGHT)
         towards.append(
             tuple(dr.opaque(mi.Float, float(direction @ a / height)) for a in (board.x, board.y))
         )

@@ -189,10 +189,21 @@ def scatter(values: Floats) -> Floats:
 
 
 def light_map(
-    light: Illuminator, low: Array, high: Array, step: float, seed: int, tally: Tally
+    light: Illuminator,
+    low: Array,
+    high: Array,
+    step: float,
+    seed: int,
+    tally: Tally,
+    *,
+    room_effort: float = 1.0,
 ) -> LightMap:
-    """Compute the map over a box of the board, with most samples where shadows fall."""
-    pilot, shadowed = _shadow_pilot(light, low, high, seed32(seed, "pilot"))
+    """Compute the map over a box of the board, with most samples where shadows fall.
+
+    `room_effort` scales the samples of what hides the room: a map seen only in mirrors, which
+    average over it, needs few.
+    """
+    pilot, shadowed = _shadow_pilot(light, low, high, step, seed32(seed, "pilot"))
     grid = Grid.covering(low, high, step)
     points = grid.points()
     column, row = pilot.nearest(points)
@@ -205,15 +216,16 @@ def light_map(
             values[chosen], _ = light.lamps(points[chosen], samples, seed32(seed, name), tally)
     layers: Floats = values.reshape(grid.rows, grid.columns, -1)
     sd = scatter(layers)
-    room, room_sd = _room_light(light, grid, low, high, seed32(seed, "room"), tally)
+    room, room_sd = _room_light(light, grid, low, high, room_effort, seed32(seed, "room"), tally)
     return LightMap(grid, layers + room, np.hypot(sd, room_sd))
 
 
 def _shadow_pilot(
-    light: Illuminator, low: Array, high: Array, seed: int
+    light: Illuminator, low: Array, high: Array, step: float, seed: int
 ) -> tuple[Grid, NDArray[np.bool_]]:
     """Find roughly where shadows fall; only the effort depends on it, no value."""
-    grid = Grid.covering(low, high, limited_step(low, high, PILOT_STEP_MM, PILOT_POINTS_MAX))
+    step = limited_step(low, high, max(step, PILOT_STEP_MM), PILOT_POINTS_MAX)
+    grid = Grid.covering(low, high, step)
     _, met = light.lamps(grid.points(), SAMPLES_PILOT, seed, Tally(None))
     reach = 2 * int(np.ceil(SHADOW_MARGIN_MM / grid.step)) + 1
     mask = met.reshape(grid.rows, grid.columns).astype(np.uint8)
@@ -221,7 +233,13 @@ def _shadow_pilot(
 
 
 def _room_light(
-    light: Illuminator, grid: Grid, low: Array, high: Array, seed: int, tally: Tally
+    light: Illuminator,
+    grid: Grid,
+    low: Array,
+    high: Array,
+    effort: float,
+    seed: int,
+    tally: Tally,
 ) -> tuple[Floats, Floats]:
     """Give the surroundings' light at the points of a grid (rows, columns, groups), and its noise.
 
@@ -231,7 +249,7 @@ def _room_light(
     finest, widest = ROOM_STEPS_MM
     step = float(np.clip(light.height_mm / HEIGHT_STEPS, finest, widest))
     fewest, most = ROOM_SAMPLES
-    samples = int(min(most, fewest * (step / finest) ** 2))
+    samples = int(effort * min(most, fewest * (step / finest) ** 2))
     hidden, hidden_sd = _spread(
         light.hidden_room, samples, step, grid, low, high, seed32(seed, "hid"), tally
     )

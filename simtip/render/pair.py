@@ -27,6 +27,7 @@ from simtip.spec import SceneSpec
 
 FINE_POINTS_MAX = 2_000_000
 COARSE_POINTS_MAX = 50_000
+MIRRORED_EFFORT = 1 / 8
 USUAL_SAMPLES = 500
 """That a pixel takes: a guess, for the progress bar."""
 
@@ -77,12 +78,17 @@ def solid_clutter(spec: SceneSpec, seed: int) -> tuple[ClutterObject, ...]:
 def _seen_box(spec: SceneSpec, world: World, looks: list[Look]) -> tuple[Array, Array]:
     """Give the box (low, high) of the board that holds all of it that is in view, or in a crop."""
     half = world.board.half
-    seen = [look.hits.board_st[look.near_background()] for look in looks]
-    places = np.concatenate(seen) if any(map(len, seen)) else np.zeros((1, 2))
+    ends = [
+        [column.min(), column.max()]
+        for look in looks
+        if (near := look.near_background()).any()
+        for column in (look.hits.board_st[:, axis][near] for axis in (0, 1))
+    ]
+    boxes = np.array(ends or [[0.0, 0.0]] * 2, np.float64).reshape(-1, 2, 2)  # look, axis, end
     margin = 3 * spec.render.light_step_mm
     return (
-        np.maximum(places.min(axis=0) - margin, -half),
-        np.minimum(places.max(axis=0) + margin, half),
+        np.maximum(boxes[:, :, 0].min(axis=0) - margin, -half),
+        np.minimum(boxes[:, :, 1].max(axis=0) + margin, half),
     )
 
 
@@ -104,6 +110,7 @@ def _light_maps(
         coarse_step,
         seed32(seed, "light", "coarse"),
         tally,
+        room_effort=MIRRORED_EFFORT,
     )
     return fine, coarse
 

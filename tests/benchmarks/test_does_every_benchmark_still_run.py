@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
-RENDERING = {"bench_render", "bench_detect", "bench_run"}
+RENDERING = {"bench_render", "bench_mix", "bench_detect", "bench_run"}
 """These start the renderer; any other, also one written later, has to be quick."""
 
 SCRIPTS = [
@@ -84,6 +84,16 @@ def test_the_render_benchmark_compares_like_with_like():
     ):
         assert result[key] > 0
     assert result["ratio"] == pytest.approx(result["cpu_s_path"] / result["cpu_s_simtip"])
+    # The scatter of two seeds over some thousand pixels, against four replicas of each.
+    assert result["noise_flank"] == pytest.approx(result["noise_flank_claimed"], rel=0.15)
     # At the smoke run's samples, four standard errors of the means over a few hundred pixels.
     assert result["radiance_simtip_to_path"]["background"] == pytest.approx(1, abs=0.01)
     assert result["radiance_simtip_to_path"]["flank"] == pytest.approx(1, abs=0.04)
+
+
+@pytest.mark.slow
+def test_the_mix_benchmark_really_mixes_by_rows_and_is_cheap_even_on_a_small_view():
+    result = quick_run(FOLDER / "bench_mix.py")
+    assert result["groups"] == 5
+    assert result["rows_differ_by_up_to"] > 0.1
+    assert max(result["ratio_to_rendering"].values()) < 0.03

@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 import yaml
+from regions import with_roi
 
 from simtip.cli import app
+from simtip.scene_file import dump_scene
 from simtip.spec import SceneSpec
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -64,15 +66,21 @@ def test_every_test_that_the_docs_name_exists():
 
 
 @pytest.mark.slow
-def test_the_commands_run_as_written(tmp_path):
-    scene = shutil.copy(ROOT / "scenes" / "01_single_tip.yaml", tmp_path / "SCENE")
-    assert scene
+def test_the_commands_run_as_written(tmp_path, scene):
+    small = with_roi(scene, [740, 640, 160, 300], [950, 640, 160, 300])
+    (tmp_path / "SCENE").write_text(dump_scene(small), encoding="utf-8")
+    dimmed = dump_scene(small).replace("power: 1.0", "power: 0.5", 1)
+    (tmp_path / "SCENE2").write_text(dimmed, encoding="utf-8")
     simtip = [sys.executable, "-m", "simtip"]
     for k, command in enumerate(commands()):
-        line = [word.replace("DIR", f"DIR{k}") for word in command[1:]]
+        line = command[1:]
+        if line[0] == "remix":  # what the command before it rendered
+            line[1] = f"DIR{k - 1}"
         if line[0] == "measure":  # on the images that the first command made
             shutil.copy(tmp_path / "DIR0" / "left.png", tmp_path / "left.png")
             shutil.copy(tmp_path / "DIR0" / "right.png", tmp_path / "right.png")
+        if "-o" in line and line[line.index("-o") + 1].startswith("DIR"):
+            line[line.index("-o") + 1] = f"DIR{k}"
         into = line.index(">") if ">" in line else len(line)
         done = subprocess.run(
             [*simtip, *line[:into]], cwd=tmp_path, capture_output=True, text=True, check=False

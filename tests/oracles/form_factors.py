@@ -46,9 +46,7 @@ def cylinder_end(radius: float, length: float, distance: float) -> float:
     x, y = (1 + h) ** 2 + l**2, (1 - h) ** 2 + l**2
     far = (x - 2 * h) / np.sqrt(x * y) * np.arctan(np.sqrt(x * (h - 1) / (y * (h + 1))))
     near = np.arctan(np.sqrt((h - 1) / (h + 1)))
-    return float(
-        np.arctan(l / np.sqrt(h**2 - 1)) / (np.pi * h) + l / np.pi * (far - near) / h
-    )
+    return float(np.arctan(l / np.sqrt(h**2 - 1)) / (np.pi * h) + l / np.pi * (far - near) / h)
 
 
 def inside(corners: np.ndarray, steps: int) -> np.ndarray:

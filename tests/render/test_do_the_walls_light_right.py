@@ -37,14 +37,14 @@ def room(scene: SceneSpec, rois: list[list[int]], **walls: float) -> SceneSpec:
     return SceneSpec.model_validate(data)
 
 
-def thin_tube(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def thin_tube(points: np.ndarray, normals: np.ndarray, centre: np.ndarray = CENTRE) -> np.ndarray:
     """Irradiance / pi (n,) under unit radiance: an element dl shines as D sin(theta) dl.
 
     It errs by the order of the radius over the distance to the axis, here 1e-3.
     """
     along = ((np.arange(ELEMENTS) + 0.5) / ELEMENTS - 0.5) * LENGTH_MM
     total = np.zeros(len(points))
-    for place in CENTRE + along[:, None] * ALONG:
+    for place in centre + along[:, None] * ALONG:
         to_lamp = place - points
         d = np.linalg.norm(to_lamp, axis=1)
         direction = to_lamp / d[:, None]
@@ -81,6 +81,13 @@ def test_each_wall_has_its_own_light_in_its_own_place(scene, wall):
     line = np.array([1e-3, 0.02, 0.3, 0.77, 0.98, 1 - 1e-3])
     fractions = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     points, normals = wall_points(fractions, wall)
+    found = looked_up(spec, points)
+    expected = thin_tube(points, normals) * ALBEDO[wall]
+    np.testing.assert_allclose(found, expected, rtol=5e-3, atol=5e-3 * expected.max())
+
+
+def looked_up(spec: SceneSpec, points: np.ndarray) -> np.ndarray:
+    """What rays from within the room to points (n, 3) of its walls bring of the lamp."""
     origin = np.array([-30.0, 40, 100])
     with activated(choose()):
         from simtip.render.engine import mi
@@ -92,9 +99,37 @@ def test_each_wall_has_its_own_light_in_its_own_place(scene, wall):
         ray = mi.Ray3f(mi.Point3f(origin.tolist()), mi.Vector3f(*(mi.Float(c) for c in d.T.copy())))
         light, ambient = surround.light(ray, mi.Mask(True))
         found = light.numpy()
-    assert np.all(np.array(ambient) == 1)
-    expected = thin_tube(points, normals) * ALBEDO[wall]
-    np.testing.assert_allclose(found, expected, rtol=5e-3, atol=5e-3 * expected.max())
+        assert np.all(np.array(ambient) == 1)
+    return found
+
+
+def test_a_linear_light_is_read_back_as_it_is(scene, monkeypatch):
+    """Half a grid step would show, and so would a wall in place of another."""
+    spec = room(scene, [[0, 0, 8, 8]] * 2, walls=1, ceiling=1, floor=1)
+    slope = np.array([1.0, 2.0, 4.0])
+    with activated(choose()):
+        from simtip.render import surround
+
+        monkeypatch.setattr(surround, "WALL_NODES", 5)
+        monkeypatch.setattr(
+            surround, "_wall_light", lambda _lamps, points, _normals, _seed: points @ slope[:, None]
+        )
+    rng = np.random.default_rng(2)
+    points = np.concatenate([wall_points(rng.random((50, 2)), wall)[0] for wall in range(6)])
+    found = looked_up(spec, points)
+    np.testing.assert_allclose(found, points @ slope, rtol=0, atol=1e-3 * np.abs(found).max())
+
+
+def test_a_tube_near_the_ceiling_makes_a_sharp_bright_spot(scene):
+    data = room(scene, [[0, 0, 8, 8]] * 2).model_dump(mode="json")
+    high_up = CENTRE * [1, 0, 1] + [0, LOW[1] + 200, 0]
+    data["lamps"][0] |= {"centre_mm": high_up.tolist()}
+    fractions = np.stack(np.meshgrid(*2 * [np.linspace(0.2, 0.8, 60)]), axis=-1).reshape(-1, 2)
+    points, normals = wall_points(fractions, 2)
+    expected = thin_tube(points, normals, high_up) * CEILING
+    off = np.abs(looked_up(SceneSpec.model_validate(data), points) - expected)
+    # Seen: 5e-3.
+    assert off.max() < 0.03 * expected.max()
 
 
 def test_the_board_gets_one_bounce_of_every_wall(scene):

@@ -68,7 +68,9 @@ def beside_a_lamp(scene: SceneSpec, along: int) -> SceneSpec:
     data = scene.model_dump(mode="json")
     data["needle"].update(axis=axis.tolist(), tip_mm=tip.tolist())
     data["background"].update(centre_mm=[-20, 0, BOARD_Z_MM], normal=[0, 0, -1])
-    data["lamps"] = [{"name": "lamp", "kind": "tube", "centre_mm": lamp.tolist(), "direction": axis.tolist()}]
+    data["lamps"] = [
+        {"name": "lamp", "kind": "tube", "centre_mm": lamp.tolist(), "direction": axis.tolist()}
+    ]
     data["lamps"][0]["diameter_mm"] = 38  # a penumbra of 0.6 mm, which the grid can follow
     data["ambient"]["radiance_w_m2_sr"] = [0, 0, 0]
     data["render"]["light_step_mm"] = STEP_MM

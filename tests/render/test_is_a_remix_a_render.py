@@ -21,16 +21,12 @@ def scenes(scene):
     """The same scene in two lights."""
     data = with_roi(scene, *ROIS, samples=256).model_dump(mode="json")
     one = SceneSpec.model_validate(data)
-    for lamp, new in zip(
-        data["lamps"],
-        (
-            {"power": 0.2, "spectrum": "FL2"},
-            {"radiant_power_w": 25, "rgb": [1, 0.6, 0.2],
-             "ballast": {"kind": "magnetic", "ripple": 0.6, "phase_deg": 70}},
-        ),
-        strict=True,
-    ):  # fmt: skip
-        lamp |= new
+    data["lamps"][0] |= {"power": 0.2, "spectrum": "FL2"}
+    data["lamps"][1] |= {
+        "radiant_power_w": 25,
+        "rgb": [1, 0.6, 0.2],
+        "ballast": {"kind": "magnetic", "ripple": 0.6, "phase_deg": 70},
+    }
     data["ambient"]["radiance_w_m2_sr"] = [0.02, 0.001, 0.008]
     data["sensor"] |= {"exposure_s": 0.0013, "row_time_s": 1e-4}
     return one, SceneSpec.model_validate(data)
@@ -49,7 +45,10 @@ def z_scores(spec: SceneSpec, a: View, b: View) -> np.ndarray:
     """Differences (H, W) of the mean over the channels in their standard deviations."""
     from simtip.mix import weights
 
-    power = [np.broadcast_to(w, (a.response.shape[1], 3)) for w in weights(spec, len(a.coverage)).values()]
+    power = [
+        np.broadcast_to(w, (a.response.shape[1], 3))
+        for w in weights(spec, len(a.coverage)).values()
+    ]
     variance = np.zeros(a.coverage.shape)
     for view in (a, b):
         # Row by row: a ripple before a rolling shutter has other weights in each.
@@ -66,7 +65,6 @@ def test_a_remix_and_a_render_differ_by_noise_alone(scenes, rendered, side):
     assert np.median(np.abs(a.radiance(one) / a.radiance(other) - 1)) > 0.1
     z = z_scores(other, a, b)
     sampled = (a.coverage > 0) | (b.coverage > 0)
-    print(np.sqrt((z[sampled]**2).mean()), np.abs(z[sampled]).mean(), np.sqrt((z[~sampled]**2).mean()), z[sampled].mean(), abs(z).max())
     # Of a standard normal: root mean square 1, mean modulus 0.80.
     assert 0.8 < np.sqrt((z[sampled] ** 2).mean()) < 1.2
     assert 0.62 < np.abs(z[sampled]).mean() < 0.96
@@ -87,7 +85,7 @@ def test_a_lamp_of_one_percent_more_would_be_seen(scenes, rendered):
     assert abs(off[board].mean()) > 5 * abs(honest[board].mean())
 
 
-def test_equal_seeds_remix_to_equal_bits(scenes, rendered):
+def test_equal_seeds_remix_to_equal_bits(scenes):
     _, other = scenes
     data = other.model_dump(mode="json")
     data["render"]["noise"] = None

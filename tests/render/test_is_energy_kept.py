@@ -85,3 +85,21 @@ def test_no_wall_adds_to_the_ambient_light(scene):
     walled = render_pair(SceneSpec.model_validate(data))
     for one, other in zip(plain, walled, strict=True):
         np.testing.assert_array_equal(one.response, other.response)
+
+
+@pytest.mark.parametrize("alpha", [0.05, 0.3])
+def test_a_lamp_that_fills_the_view_is_as_good_as_ambient_light(scene, alpha):
+    """A panel of 40 m before a plate: its light is found by two techniques, and counted once."""
+    tip = np.array([-10.0, 20.0, 170.0])
+    rois = [[*np.rint(p - 6).astype(int).tolist(), 12, 12] for p in scene.rig.rig().project(tip)]
+    data = furnace(scene, AWAY, roughness=alpha).model_dump(mode="json")
+    data["rig"]["left"]["roi"], data["rig"]["right"]["roi"] = rois
+    data["needle"] |= {"tip": {"kind": "blunt"}, "diameter_mm": 20, "axis": [0, 0, 1]}
+    ambient = render_pair(SceneSpec.model_validate(data))
+    data["lamps"] = [{"name": "sky", "kind": "panel", "centre_mm": [0, 0, -50],
+                      "normal": [0, 0, 1], "size_mm": [4e4, 4e4]}]  # fmt: skip
+    sky = render_pair(SceneSpec.model_validate(data))
+    for one, other in zip(sky, ambient, strict=True):
+        assert (one.coverage == 1).all()
+        found, expected = (r.mean(axis=(0, 1)) for r in (one.response[0], other.response[-1]))
+        np.testing.assert_allclose(found, expected, rtol=5e-3)

@@ -1,4 +1,4 @@
-"""Does the mask show solid clutter's outline, and does its shadow fall where plane geometry says?"""
+"""Does the mask show solid clutter's outline? Does its shadow fall where plane geometry says?"""
 
 from __future__ import annotations
 

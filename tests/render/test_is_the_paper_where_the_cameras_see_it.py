@@ -87,7 +87,6 @@ def test_a_speck_is_printed_where_opencv_projects_it(scene, number, monkeypatch)
         seen = view.clutter
         assert seen.sum() == pytest.approx(abs(area), rel=0.01)
         at = np.array([(u * seen).sum(), (v * seen).sum()]) / seen.sum()
-        print('SP', at-centroid, seen.sum()/abs(area)-1)
         np.testing.assert_allclose(at, centroid, rtol=0, atol=CENTROID_PX)
         # The mask tells what the picture shows.
         dark = 1 - view.response[-1].mean(axis=2) / 0.8
@@ -134,23 +133,21 @@ def test_wrinkles_tilt_the_paper_by_the_cosine(scene):
         data = scene.model_dump(mode="json")
         data["background"]["normal"] = [0.2, -0.1, -1]
         board = Board.of(SceneSpec.model_validate(data).background)
-        level = [
-            LightMap(g, np.ones((g.rows, g.columns, 3), np.float32), np.zeros((g.rows, g.columns, 3), np.float32))
-            for g in [Grid(np.full(2, -400.0), 10.0, 81, 81)] * 2
-        ]  # fmt: skip
+        even = np.ones((81, 81, 3), np.float32)
+        level = LightMap(Grid(np.full(2, -400.0), 10.0, 81, 81), even, 0 * even)
         plain = np.ones((4, 4), np.float32)
         texture = BoardTexture(
             corner_mm=np.array([-100.0, -100.0]), step_mm=50.0, albedo=plain, clutter=0 * plain,
             slope=slope, slope_corner_mm=corner, slope_step_mm=step, prints={},
         )  # fmt: skip
-        backdrop = Backdrop(board, np.ones(3), (level[0], level[1]), texture, tuple(lamps))
+        backdrop = Backdrop(board, np.ones(3), (level, level), texture, tuple(lamps))
         at = rng.uniform(0.01, 0.99, (400, 2)) * (np.array(shape[::-1]) - 1)
         points = board.points(corner + step * at).astype(np.float32)
-        found, _ = backdrop.gray(
-            mi.Point3f(*(mi.Float(c.copy()) for c in points.T)), mi.Mask(True)
-        )
+        found, _ = backdrop.gray(mi.Point3f(*(mi.Float(c.copy()) for c in points.T)), mi.Mask(True))
         shade = np.stack([f.numpy() for f in found[:2]], axis=1)
-        np.testing.assert_allclose(found[2].numpy(), 1, rtol=1e-6)  # the ambient comes from everywhere
+        np.testing.assert_allclose(
+            found[2].numpy(), 1, rtol=1e-6
+        )  # the ambient comes from everywhere
         off_grid = board.points(corner - 3.0)
         found, _ = backdrop.gray(mi.Point3f(off_grid.tolist()), mi.Mask(True))
         np.testing.assert_allclose([f.numpy() for f in found], 1, rtol=1e-6)

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stored_crops import MAKE, SCENES, faults, file_of, identity, leave_pictures, load, mixed
+from stored_crops import (
+    MAKE,
+    SCENES,
+    coverage,
+    faults,
+    file_of,
+    identity,
+    leave_pictures,
+    load,
+    mixed,
+)
 
 from simtip.spec import SceneSpec
 
@@ -17,9 +27,9 @@ def test_its_crops_differ_from_the_stored_ones_by_noise_alone(path, simulated, t
     reference = load(file_of(path))
     assert identity(done.spec) == reference.scene, f"the scene was changed since: {again}"
     light = mixed(done.spec, done.views)
-    found = faults(reference, light)
+    found = faults(reference, light, coverage(done.views))
     if found:
-        leave_pictures(reference, light, tmp_path / path.stem)
+        leave_pictures(reference, light, coverage(done.views), tmp_path / path.stem)
     assert not found, f"{'; '.join(found)}; pictures in {tmp_path / path.stem}"
 
 
@@ -49,8 +59,8 @@ def test_a_fault_is_seen_and_leaves_pictures(fault, simulated, tmp_path):
     path = SCENES[0]
     done, reference = simulated(path), load(file_of(path))
     light = fault(mixed(done.spec, done.views))
-    assert faults(reference, light)
-    leave_pictures(reference, light, tmp_path)
+    assert faults(reference, light, coverage(done.views))
+    leave_pictures(reference, light, coverage(done.views), tmp_path)
     names = {"rendered", "reference", "z"}
     assert {file.name for file in tmp_path.iterdir()} == {
         f"{side}_{name}.png" for side in ("left", "right") for name in names
