@@ -65,7 +65,9 @@ def settle_white_balance(backgrounds: Backgrounds, sensor: SensorSpec) -> Sensor
     """
     if not sensor.auto_white_balance:
         return sensor
-    electrons = backgrounds(sensor).mean(axis=0) * responsivity(sensor)
+    # An exposure so long sees no ripple, and is the same whatever the scene says.
+    timed = _timed(sensor, LONGEST_S)
+    electrons = backgrounds(timed).mean(axis=0) * responsivity(timed)
     with np.errstate(divide="ignore", invalid="ignore"):
         factors = electrons.max() / electrons
     if not (np.isfinite(factors).all() and factors.max() <= MOST_GAIN):

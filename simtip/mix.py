@@ -43,6 +43,20 @@ def weights(spec: SceneSpec, rows: int) -> dict[str, Array]:
     return power
 
 
+def steady_weights(spec: SceneSpec) -> Array:
+    """Give the radiance (groups, 3) of every light group without any ripple.
+
+    Its mean over time, whatever the exposure: what noise and white balance are judged by.
+    """
+    calm = [
+        lamp.model_copy(update={"ballast": lamp.ballast.model_copy(update={"kind": "electronic"})})
+        for lamp in spec.lamps
+    ]
+    start = np.zeros(1)
+    power = [lamp_weights(lamp, spec.sensor, start) for lamp in calm]
+    return np.stack([*power, np.array(spec.ambient.radiance_w_m2_sr)])
+
+
 def row_starts(sensor: SensorSpec, rows: int) -> Array:
     """Give when the rows' exposures begin, s: (rows,), or (1,) for a global shutter."""
     row = np.arange(rows if sensor.row_time_s else 1, dtype=np.float64)

@@ -12,7 +12,7 @@ import numpy as np
 
 from simtip.exposure import auto_expose
 from simtip.geometry import Array
-from simtip.mix import weights
+from simtip.mix import mix, steady_weights
 from simtip.optics import magnification
 from simtip.render import Tolerance, View
 from simtip.render.view import Floats
@@ -39,11 +39,15 @@ def noise_tolerance(spec: SceneSpec) -> Tolerance | None:
         return None
     lens_factor = max(_irradiance_per_radiance(spec, side) for side in SIDES)
     asked = float(share)
+    plain = spec.sensor
+    if plain.auto_white_balance:  # found only later, and differently in every scene
+        plain = plain.model_copy(update={"white_balance": (1.0, 1.0, 1.0)})
 
     def permitted(radiance: Floats, background: Floats | None) -> Floats:
-        sensor = spec.sensor
-        if sensor.background_dn is not None and background is not None:
-            sensor = auto_expose(background.astype(np.float64) * lens_factor, sensor)
+        sensor = plain
+        if sensor.background_dn is not None:
+            level = np.median(radiance, axis=0) if background is None else background
+            sensor = auto_expose(level.astype(np.float64) * lens_factor, sensor)
         per_radiance = responsivity(sensor) * lens_factor
         electrons = np.maximum(radiance, 0) * per_radiance
         sd_e = np.sqrt(electrons + noise_floor_e2(sensor))
@@ -56,6 +60,8 @@ def noise_tolerance(spec: SceneSpec) -> Tolerance | None:
 def noise_share(spec: SceneSpec, view: View, side: Side) -> Floats:
     """Give a view's Monte-Carlo noise over its sensor's own, (H, W); NaN where it is not known.
 
+    Lamps that ripple count with their mean over time.
+
     Parameters
     ----------
     spec
@@ -65,12 +71,12 @@ def noise_share(spec: SceneSpec, view: View, side: Side) -> Floats:
     side
         Which of the two.
     """
-    power = [np.reshape(w, (-1, 3)).mean(axis=0) for w in weights(spec, 1).values()]
     per_radiance = responsivity(spec.sensor) * _irradiance_per_radiance(spec, side)
-    electrons = view.radiance(spec) * per_radiance.astype(np.float32)
+    power = steady_weights(spec)
+    electrons = mix(view.response, list(power)) * per_radiance.astype(np.float32)
     sd_e = np.sqrt(np.maximum(electrons, 0) + noise_floor_e2(spec.sensor).astype(np.float32))
     own = (sd_e / per_radiance.astype(np.float32)).min(axis=-1)
-    share: Floats = view.noise.sd(np.stack(power)) / own
+    share: Floats = view.noise.sd(power) / own
     return share
 
 

@@ -68,4 +68,5 @@ def remix(folder: Path, spec: SceneSpec | None = None, *, seed: int | None = Non
     names: dict[str, Name] = {variant: name for name, variant in VARIANTS.items()}
     backend = Backend(names[left.view.backend], f"light groups read from {folder}")
     chosen = left.seed if seed is None else seed
-    return expose_pair(wanted, (left.view, right.view), seed=chosen, backend=backend)
+    views = left.view, right.view
+    return expose_pair(wanted, views, seed=chosen, backend=backend, light_seed=left.seed)

@@ -127,10 +127,11 @@ def write_simulation(
         if exr:
             _write_exr(folder / f"{side}.exr", view, view.radiance(simulation.spec))
         if lights:
-            group = Lights(view, simulation.spec, simulation.seed, side)
+            group = Lights(view, simulation.spec, simulation.light_seed, side)
             write_lights(folder / lights_name(side), group)
     _write_json(folder / "truth.json", _truth(simulation))
-    resolved = simulation.spec.model_copy(update={"seed": simulation.seed})
+    # The light's seed: a scene rendered again from here has the same clutter.
+    resolved = simulation.spec.model_copy(update={"seed": simulation.light_seed})
     (folder / "scene.yaml").write_text(dump_scene(resolved), encoding="utf-8")
     write_rig(folder / "rig_true.yaml", simulation.truth.rig)
 
@@ -138,7 +139,7 @@ def write_simulation(
 def _truth(simulation: Simulation) -> dict[str, Any]:
     """Give the truth of the needle, and of the solid clutter if there is any."""
     spec, truth = simulation.spec, simulation.truth.to_dict()
-    things = objects(spec.clutter, clutter_setting(spec), simulation.seed)
+    things = objects(spec.clutter, clutter_setting(spec), simulation.light_seed)
     if things:
         truth["clutter"] = objects_truth(spec.clutter, things)
     return truth
@@ -188,6 +189,7 @@ def write_manifest(folder: Path, simulation: Simulation, timings_s: dict[str, fl
             **environment(),
             "backend": backend_facts(simulation.backend),
             "seed": simulation.seed,
+            "light_seed": simulation.light_seed,
             "exposure_s": simulation.spec.sensor.exposure_s,
             "noise": noise_summary(simulation.spec, simulation.views),
             "timings_s": timings_s,

@@ -34,6 +34,8 @@ class Simulation:
         Left and right, as light per lamp, with needle coverage and depth.
     images
         Left and right, (H, W, 3) RGB, DN; uint8 at 8 bit, uint16 above.
+    light_seed
+        The root seed of what was rendered: its samples, its clutter and paper.
     timings_s
         Wall time of "render", if it was rendered here, and "sensor".
     """
@@ -45,6 +47,7 @@ class Simulation:
     views: tuple[View, View]
     images: tuple[Image, Image]
     timings_s: dict[str, float]
+    light_seed: int
 
 
 def simulate(
@@ -87,7 +90,12 @@ def simulate(
 
 
 def expose_pair(
-    spec: SceneSpec, views: tuple[View, View], *, seed: int, backend: Backend
+    spec: SceneSpec,
+    views: tuple[View, View],
+    *,
+    seed: int,
+    backend: Backend,
+    light_seed: int | None = None,
 ) -> Simulation:
     """Mix rendered light and expose both sensors to it: nothing is rendered.
 
@@ -101,6 +109,8 @@ def expose_pair(
         Root seed of the sensors' noise.
     backend
         What rendered them.
+    light_seed
+        The root seed they were rendered with, if it is not `seed`.
 
     Raises
     ------
@@ -125,7 +135,8 @@ def expose_pair(
         )
     )
     timings = {"sensor": time.perf_counter() - start}
-    return Simulation(spec, seed, backend, truth, views, (left, right), timings)
+    rendered = seed if light_seed is None else light_seed
+    return Simulation(spec, seed, backend, truth, views, (left, right), timings, rendered)
 
 
 class _Light:

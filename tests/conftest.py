@@ -39,7 +39,7 @@ def scene(scene_path) -> SceneSpec:
 @pytest.fixture(scope="session")
 def small_scene(scene) -> SceneSpec:
     """The paper's set-up, read out only around the tip: the same rays, fewer of them."""
-    return with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100])
+    return with_roi(scene, [780, 800, 80, 100], [990, 795, 80, 100], noise=None, samples=256)
 
 
 @pytest.fixture(scope="session")

@@ -116,7 +116,9 @@ class Canvas:
 
         Replicas do not tell: they all read the same map.
         """
-        shown = backdrop.albedo.mean() * (1 - self.needle.reshape(-1)[pixels])
+        other = 1 - self.needle.reshape(-1)[pixels]
+        solid = ~self._look.hits.background[pixels] & (self.needle.reshape(-1)[pixels] == 0)
+        shown = backdrop.albedo.mean() * np.where(solid, 0, other)
         sd = np.stack(self._map_sd(backdrop, pixels), axis=-1) * shown[:, None]
         return np.asarray(sd[:, :, None] ** 2 * np.eye(backdrop.groups), np.float32)
 

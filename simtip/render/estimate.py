@@ -28,6 +28,8 @@ Pixels = NDArray[np.uint32]
 REPLICAS = 4
 FIRST_SAMPLES = 16
 """Of each replica, before the first look at the noise."""
+EDGE_SAMPLES = 64
+"""Likewise where an edge runs: few samples often miss what is rare there, and look quiet."""
 
 CLUTTER_LEAVE = 3.0
 """Clutter away from the needle may be so many times as noisy."""
@@ -121,6 +123,8 @@ def estimate(
         work.extend(np.arange(len(pixels)), most)
         return work.estimates()
     work.extend(np.arange(len(pixels)), min(FIRST_SAMPLES, most))
+    if most >= EDGE_SAMPLES:
+        work.extend(work.edges(), EDGE_SAMPLES - FIRST_SAMPLES)
     while (wanted := work.wanted(goal, most)).any():
         for add in np.unique(wanted[wanted > 0]):
             work.extend(np.flatnonzero(wanted == add), int(add))
@@ -227,6 +231,18 @@ class _Sampling:
             near = cv2.blur(image, (3, 3), borderType=cv2.BORDER_CONSTANT)[v[own], u[own]]
             pooled[own] = near[:, 0] / near[:, 1] / count[own]
         return pooled
+
+    def edges(self) -> NDArray[np.intp]:
+        """Give the pixels in which needle or clutter begins, and those beside them."""
+        covered = self._average()[..., -2:].mean(axis=1)
+        partly = ((covered > 0) & (covered < 1)).any(axis=1)
+        if not partly.any():
+            return np.zeros(0, np.intp)
+        v, u = np.divmod(self._pixels.astype(np.intp), self._scene.columns)
+        v, u = v - v.min(), u - u.min()
+        image = np.zeros((v.max() + 1, u.max() + 1), np.uint8)
+        image[v[partly], u[partly]] = 1
+        return np.flatnonzero(cv2.dilate(image, np.ones((3, 3), np.uint8))[v, u])
 
     def _kinds(self) -> NDArray[np.int64]:
         """Tell pixels (n,) apart: needle and clutter cover them not, in part or wholly."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from simtip.clutter import ClutterObject, board_texture, grouped, objects
 from simtip.geometry import Array, Pose
-from simtip.mix import weights
+from simtip.mix import steady_weights
 from simtip.render.backdrop import Backdrop
 from simtip.render.backend import Backend
 from simtip.render.canvas import Canvas
@@ -123,8 +123,7 @@ def _needle_height_mm(spec: SceneSpec, world: World) -> float:
 
 def _goal(spec: SceneSpec, canvases: list[Canvas], tolerance: Tolerance | None) -> Goal:
     """Turn what is asked for into numbers: the mix that is judged, and how far it may be off."""
-    power = weights(spec, 1)
-    mean = np.stack([np.asarray(w).reshape(-1, 3)[0] for w in power.values()]).astype(np.float32)
+    mean = steady_weights(spec).astype(np.float32)
     if tolerance is None or spec.render.noise is None:
         return Goal(spec.render.samples, mean)
     levels = [canvas.background(mean) for canvas in canvases]

@@ -47,6 +47,11 @@ class TrofferLamp(Lamp):
         """All lit cylinders, without their ends, mm^2."""
         return float(np.pi * self.diameter_mm * self.length_mm * self.tubes)
 
+    def outline_mm(self) -> Array:
+        """Give the ends of the tubes' axes (2 tubes, 3)."""
+        half = unit(np.array(self.direction)) * self.length_mm / 2
+        return np.concatenate([self.tube_centres() - half, self.tube_centres() + half])
+
     def tube_centres(self) -> Array:
         """Give the tubes' middles, (tubes, 3) mm."""
         across = unit(np.cross(np.array(self.normal), np.array(self.direction)))
@@ -86,6 +91,15 @@ class PanelLamp(Lamp):
         """The lit side, mm^2."""
         return self.size_mm[0] * self.size_mm[1]
 
+    def outline_mm(self) -> Array:
+        """Give the corners (4, 3)."""
+        normal = unit(np.array(self.normal))
+        along = np.array(self.direction)
+        x = unit(along - (along @ normal) * normal)
+        y = np.cross(normal, x) * self.size_mm[1] / 2
+        x = x * self.size_mm[0] / 2
+        return np.array(self.centre_mm) + np.stack([x + y, x - y, -x + y, -x - y])
+
 
 class PointLamp(Lamp):
     """A small bare lamp: its size makes its radiance, but no soft edge to a shadow."""
@@ -98,6 +112,10 @@ class PointLamp(Lamp):
     def emitting_area_mm2(self) -> float:
         """The ball's surface, mm^2."""
         return float(np.pi * self.diameter_mm**2)
+
+    def outline_mm(self) -> Array:
+        """Give its middle (1, 3)."""
+        return np.array([self.centre_mm])
 
 
 LampSpec = Annotated[TubeLamp | TrofferLamp | PanelLamp | PointLamp, Field(discriminator="kind")]

@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, FiniteFloat, field_validator, model_validator
 
+from simtip.errors import InputError
 from simtip.flicker import Waveform, relative_output
-from simtip.geometry import Array
-from simtip.spec.base import Fraction, NonNegative, Part, Positive, Rgb, Vector3, nonzero
+from simtip.geometry import Array, unit
+from simtip.spec.base import Fraction, NonNegative, Part, Rgb, Vector3, nonzero
 from simtip.spectra import SpectrumName, luminous_efficacy
 
 WHITE = (1.0, 1.0, 1.0)
@@ -60,6 +61,18 @@ class Ballast(Part):
             raise ValueError("waveform harmonics needs harmonics: [[amplitude, phase_deg], ..]")
         if self.waveform != "harmonics" and self.harmonics:
             raise ValueError(f"harmonics given, but the waveform is {self.waveform}")
+        return self
+
+    @model_validator(mode="after")
+    def _electronic_has_no_ripple(self) -> Ballast:
+        fields = type(self).model_fields
+        for name in ("mains_hz", "ripple", "phase_deg", "waveform"):
+            if self.kind == "electronic" and getattr(self, name) != fields[name].default:
+                raise InputError(
+                    "says how light ripples, and an electronic ballast's does not",
+                    field=name,
+                    remedy="give kind: magnetic, or leave it out",
+                )
         return self
 
     @property
@@ -147,6 +160,10 @@ class Lamp(Part):
         """The surface that shines, mm^2; each kind of lamp has its own."""
         raise NotImplementedError
 
+    def outline_mm(self) -> Array:
+        """Give points (n, 3), world, between which the lamp lies; each kind has its own."""
+        raise NotImplementedError
+
     def rated_power_w(self) -> float:
         """Give the rated radiant power, W, from whichever figure the lamp has."""
         if self.radiant_power_w is not None:
@@ -184,8 +201,12 @@ class TubeLamp(Lamp):
         0.0,
         0.0,
     )
-    length_mm: Annotated[Positive, Field(description="Of the lit part, mm.")] = 1200.0
-    diameter_mm: Annotated[Positive, Field(description="T5 16, T8 26, T12 38 mm.")] = 26.0
+    length_mm: Annotated[
+        FiniteFloat, Field(ge=0.01, le=1e6, description="Of the lit part, mm.")
+    ] = 1200.0
+    diameter_mm: Annotated[
+        FiniteFloat, Field(ge=0.01, le=1e6, description="T5 16, T8 26, T12 38 mm.")
+    ] = 26.0
 
     _along = field_validator("direction")(nonzero)
 
@@ -193,6 +214,11 @@ class TubeLamp(Lamp):
     def emitting_area_mm2(self) -> float:
         """The lit cylinder, without its ends, mm^2."""
         return float(np.pi * self.diameter_mm * self.length_mm)
+
+    def outline_mm(self) -> Array:
+        """Give the ends of the axis (2, 3)."""
+        half = unit(np.array(self.direction)) * self.length_mm / 2
+        return np.array(self.centre_mm) + np.stack([-half, half])
 
 
 class AmbientSpec(Part):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from simtip.geometry import Array
 from simtip.spec.base import Fraction, Part, Vector3
 
 
@@ -37,8 +39,7 @@ class RoomSpec(Part):
                 )
         return self
 
-    def holds(self, point_mm: Vector3) -> bool:
-        """Say whether a point of the world is inside."""
-        return all(
-            low < p < high for low, p, high in zip(self.low_mm, point_mm, self.high_mm, strict=True)
-        )
+    def holds(self, points_mm: Array) -> bool:
+        """Say whether points (n, 3) of the world are all inside."""
+        inside = (points_mm > np.array(self.low_mm)) & (points_mm < np.array(self.high_mm))
+        return bool(inside.all())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -13,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from simtip.errors import InputError
 from simtip.spec.background import BackgroundSpec
 from simtip.spec.base import Part, Positive
 from simtip.spec.clutter import ClutterSpec
@@ -53,7 +55,8 @@ class RenderSpec(Part):
         ),
     ] = 4096
     light_step_mm: Annotated[
-        Positive, Field(description="Grid step of the background's illumination, mm.")
+        FiniteFloat,
+        Field(ge=0.05, le=20, description="Grid step of the background's illumination, mm."),
     ] = 0.5
     crop: Annotated[
         bool,
@@ -130,7 +133,9 @@ class SceneSpec(Part):
     @model_validator(mode="after")
     def _is_lit(self) -> SceneSpec:
         if not self.lamps and not any(self.ambient.radiance_w_m2_sr):
-            raise ValueError("there is no light: give lamps or ambient")
+            raise InputError(
+                "there is no light", field="lamps", remedy="give lamps or ambient.radiance_w_m2_sr"
+            )
         return self
 
     @model_validator(mode="after")
@@ -143,8 +148,10 @@ class SceneSpec(Part):
         board, amounts = self.background, self.clutter.amounts()
         uneven = board.textured() or board.wrinkles is not None
         if self.render.crop and (uneven or amounts != type(amounts)()):
-            raise ValueError(
-                "render.crop fills up with a smooth background: not with clutter, paper or wrinkles"
+            raise InputError(
+                "fills up with a smooth background: not with clutter, paper, gradient or wrinkles",
+                field="render.crop",
+                remedy="leave it out, or make the background plain",
             )
         return self
 
@@ -152,10 +159,19 @@ class SceneSpec(Part):
     def _room_holds_all(self) -> SceneSpec:
         if self.room is None:
             return self
-        places = {f"lamp {lamp.name}": lamp.centre_mm for lamp in self.lamps}
-        places |= {"left camera": (0.0, 0.0, 0.0), "right camera": self.rig.t_mm}
-        places |= {"background": self.background.centre_mm}
-        for name, place in places.items():
-            if not self.room.holds(place):
-                raise ValueError(f"the {name} at {list(place)} mm stands outside the room")
+        places = {f"lamp {lamp.name}": lamp.outline_mm() for lamp in self.lamps}
+        places["left camera"] = np.zeros((1, 3))
+        places["right camera"] = np.array([self.rig.t_mm])
+        places["background"] = np.array([self.background.centre_mm])
+        needle = self.needle.needle()
+        places["needle"] = self.needle.pose().apply(needle.surface(8)[0])
+        for name, points in places.items():
+            if not self.room.holds(points):
+                raise InputError(
+                    f"does not hold the {name}, which reaches from "
+                    f"{points.min(axis=0).round(1).tolist()} to "
+                    f"{points.max(axis=0).round(1).tolist()} mm",
+                    field="room",
+                    remedy="widen low_mm and high_mm, or move what stands outside",
+                )
         return self

@@ -55,6 +55,7 @@ def test_there_are_benchmarks_to_run():
     assert {f"{name}.py" for name in RENDERING} <= {script.name for script in FOLDER.glob("*.py")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_it_prints_its_environment_and_finite_positive_figures(script):
     result = quick_run(script)

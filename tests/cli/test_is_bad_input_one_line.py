@@ -133,8 +133,8 @@ SCENES = {
     ),
     "unknown kind of tip": Bad("scene.yaml:{line}: needle.tip.kind: ", "choose", "cone", "pyramid"),
     "no light": Bad(
-        "scene.yaml:1: there is no light",
-        "",
+        "scene.yaml:1: lamps: there is no light",
+        "give lamps",
         SCENE[SCENE.index("lamps") : SCENE.index("sensor")],
         "",
     ),

@@ -156,6 +156,7 @@ def test_a_shadow_caster_is_out_of_view(setting, seed):
         assert not wide.all(axis=1).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_shadow_falls_on_what_both_cameras_see(setting, seed):
     (bar,) = objects(ClutterSpec(shadows=1), setting, seed)

@@ -68,6 +68,7 @@ def black_at_zero(**change):
     return BenchCamera(**{**own, "shape": (128, 128), **change})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change", [{}, {"K": 1.0, "sigma_d_e": 20.0, "bit_depth": 16, "dsnu_e": 5.0}]
 )

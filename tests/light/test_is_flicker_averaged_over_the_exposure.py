@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import integrate
 
+from simtip.errors import InputError
 from simtip.flicker import Waveform, relative_output
 from simtip.mix import weights
 from simtip.spec import AmbientSpec, Ballast, SceneSpec, SensorSpec, TubeLamp
@@ -100,10 +101,17 @@ def test_whole_half_periods_of_the_mains_see_no_ripple(kind, mains_hz, periods, 
 
 
 def test_an_electronic_ballast_has_none():
-    steady = Ballast(kind="electronic", ripple=1.0)
+    steady = Ballast(kind="electronic")
     assert np.array_equal(steady.relative(np.linspace(0, 1, 50), 1e-4), np.ones(50))
     assert Ballast() == Ballast(kind="electronic")
     assert not Ballast(kind="magnetic", ripple=0).ripples
+
+
+@pytest.mark.parametrize("field", [{"ripple": 1.0}, {"phase_deg": 90.0}, {"mains_hz": 60.0}])
+def test_a_ripple_without_a_magnetic_ballast_is_refused(field):
+    with pytest.raises(InputError, match="kind: magnetic") as caught:
+        Ballast(**field)
+    assert caught.value.field == next(iter(field))
 
 
 def scene_of(scene: SceneSpec, lamps, **sensor) -> SceneSpec:

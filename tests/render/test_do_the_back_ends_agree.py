@@ -28,6 +28,7 @@ RELATIVE = {"needle": 0.02, "background": 0.006, "edge": 0.09}
 """Over four standard deviations of the regional means' ratio, seen over 16 pairs of renders."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [0, 1], ids=["left", "right"])
 @pytest.mark.parametrize("region", REGIONS)
 def test_each_lamp_gives_each_region_the_same_light(pair, side, region):
@@ -40,6 +41,7 @@ def test_each_lamp_gives_each_region_the_same_light(pair, side, region):
     np.testing.assert_allclose(found, expected, rtol=RELATIVE[region])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [0, 1], ids=["left", "right"])
 def test_coverage_and_depth_are_the_same(pair, side):
     mine, stock = pair[0][side], pair[1][side]
@@ -63,7 +65,7 @@ def views_equal(a: View, b: View) -> bool:
     )
 
 
-@pytest.mark.parametrize("name", ["auto", "scalar"])
+@pytest.mark.parametrize("name", ["auto", pytest.param("scalar", marks=pytest.mark.slow)])
 def test_equal_seeds_give_equal_bits_and_others_do_not(scene, name):
     small = with_roi(scene, [800, 860, 40, 30], [1010, 860, 40, 30], samples=16)
     first, again, other = (

@@ -141,7 +141,10 @@ def test_a_strong_lens_is_undone_in_the_renderers_own_numbers(name):
     assert np.abs(off).max() < MEAN_PX / 2
 
 
-@pytest.mark.parametrize("corner", [(1700, 0, 348, 286), (0, 1150, 348, 286)])
+@pytest.mark.parametrize(
+    "corner",
+    [(1700, 0, 348, 286), pytest.param((0, 1150, 348, 286), marks=pytest.mark.slow)],
+)
 def test_points_land_where_opencv_says_through_a_strong_lens(corner):
     f, coefficients = STRONG["two terms"]
     K = np.array([[f, 0, 1023.5], [0, f, 717.5], [0, 0, 1]])

@@ -55,8 +55,8 @@ PLACES = {
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
 def test_a_tubes_density_over_directions_is_that_of_its_samples(place):
     with activated(choose()):
-        from simtip.render.engine import mi
         from simtip.render.emitters import emitters_of
+        from simtip.render.engine import mi
 
         (tube,) = emitters_of(LAMP)
 

@@ -222,7 +222,13 @@ FAMILIES = [
 
 
 @pytest.mark.parametrize("tip", FAMILIES, ids=lambda tip: tip["kind"])
-@pytest.mark.parametrize("bend", [{}, {"bend_radius_mm": 120, "bend_direction_deg": -80}])
+@pytest.mark.parametrize(
+    "bend",
+    [
+        {},
+        pytest.param({"bend_radius_mm": 120, "bend_direction_deg": -80}, marks=pytest.mark.slow),
+    ],
+)
 def test_every_family_has_its_tip_where_it_is_stated(tip, bend):
     spec = scene(tip=tip, roll_deg=50, axis=(0.1, -1, 0.1), **bend)
     truth = scene_truth(spec)
