@@ -126,7 +126,8 @@ MISTAKES = [
     (MINIMAL, "[1, 2]", 1, None, ["mapping of keys", "a list of 2"]),
     (MINIMAL, "text", 1, None, ["mapping of keys", "'text'"]),
     (MINIMAL, "{}", 1, "rig", ["is missing", "(and 1 more)"]),
-    (MINIMAL[MINIMAL.index("lamps") : MINIMAL.index("sensor")], "", 1, "lamps", ["there is no light"]),
+    (MINIMAL[MINIMAL.index("lamps") : MINIMAL.index("sensor")], "", 1, "lamps",
+     ["there is no light"]),
 ]  # fmt: skip
 
 
