@@ -185,15 +185,15 @@ def remix(
     lights: Annotated[
         Path, typer.Argument(metavar="DIR", help="Folder that `simtip render --lights` wrote.")
     ],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+    ],
     scene: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[SCENE]", help="The scene with other lamp powers, colours, exposure or sensor."
+            metavar="SCENE", help="The scene with other lamp powers, colours, exposure or sensor."
         ),
     ] = None,
-    out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
-    ] = Path("remix"),
     seed: SeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
