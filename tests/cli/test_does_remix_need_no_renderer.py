@@ -49,7 +49,8 @@ def test_another_seed_changes_the_sensors_noise_and_not_the_scene(lit, ask):
     assert "seed: 3" in (lit / "new" / "scene.yaml").read_text(encoding="utf-8")
 
 
-def test_a_folder_without_light_is_one_line(lit, ask):
+@pytest.mark.usefixtures("lit")
+def test_a_folder_without_light_is_one_line(ask):
     answer = ask("remix", ".", "-o", "x")
     assert answer.code == 2
     assert "left_lights.exr: no such file" in answer.err
