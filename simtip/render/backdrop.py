@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.clutter import BoardTexture
-from simtip.geometry import Array, unit
+from simtip.geometry import Array
 from simtip.render.board import Board
 from simtip.render.chunks import aligned
 from simtip.render.engine import dr, mi
@@ -81,15 +81,15 @@ class _Paper:
     look: Raster
     """Factor on the albedo, and coverage by prints."""
     slope: Raster | None
-    towards: list[tuple[Vec, Vec]]
-    """Tangents of the mean directions to the lamps, along s and t."""
+    lamps: list[Vec]
+    """The lamps' middles, from where wrinkles take their light to come."""
 
 
 class Backdrop(Plane):
     """What rays bring back from the background, per light group of unit radiance.
 
     Its light comes from two maps, the fine one where it reaches, else the coarse. Wrinkles tilt
-    the paper: each lamp's light changes by the cosine of its mean direction, the ambient's not.
+    the paper: each lamp's light changes by the cosine to its middle, the ambient's not.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Backdrop(Plane):
         self._albedo = mi.Color3f([dr.opaque(mi.Float, float(v)) for v in albedo])
         self._fine = Raster(fine.values, fine.grid.corner, fine.grid.step)
         self._coarse = Raster(coarse.values, coarse.grid.corner, coarse.grid.step)
-        self._paper = None if texture is None else _paper(board, texture, lamp_places)
+        self._paper = None if texture is None else _paper(texture, lamp_places)
 
     def light(self, st: Vec, active: Vec) -> list[Vec]:
         """Give irradiance / pi per group at board coordinates, the board taken as flat."""
@@ -136,11 +136,17 @@ class Backdrop(Plane):
             upright = dr.rsqrt(1 + ds * ds + dt * dt)
             tilts = [
                 dr.maximum(1 - ds * along - dt * across, 0) * upright
-                for along, across in self._paper.towards
+                for along, across in (self._tangents(point, lamp) for lamp in self._paper.lamps)
             ]
             shades = [*(dr.select(near, tilt, 1) for tilt in tilts), mi.Float(1)]
         lit = [part * factor * shade for part, shade in zip(light, shades, strict=True)]
         return lit, dr.select(inside, printed, 0)
+
+    def _tangents(self, point: Vec, lamp: Vec) -> tuple[Vec, Vec]:
+        """Give how far the way to a lamp leads along s and along t, over how far off the board."""
+        d = lamp - point
+        height = dr.maximum(dr.dot(d, self._normal), LEAST_HEIGHT * dr.norm(d))
+        return dr.dot(d, self._axes[0]) / height, dr.dot(d, self._axes[1]) / height
 
     def radiance(self, point: Vec, active: Vec) -> tuple[list[Vec], Vec]:
         """Give radiance (r, g, b) per group at points of the board, and how much prints cover."""
@@ -148,18 +154,12 @@ class Backdrop(Plane):
         return [self._albedo * part for part in gray], printed
 
 
-def _paper(board: Board, texture: BoardTexture, lamp_places: tuple[Array, ...]) -> _Paper:
+def _paper(texture: BoardTexture, lamp_places: tuple[Array, ...]) -> _Paper:
     look = Raster(
         np.stack([texture.albedo, texture.clutter], axis=-1), texture.corner_mm, texture.step_mm
     )
     slope = None
     if texture.slope is not None:
         slope = Raster(texture.slope, texture.slope_corner_mm, texture.slope_step_mm)
-    towards = []
-    for place in lamp_places:
-        direction = unit(place - board.centre)
-        height = max(float(direction @ board.normal), LEAST_HEIGHT)
-        towards.append(
-            tuple(dr.opaque(mi.Float, float(direction @ a / height)) for a in (board.x, board.y))
-        )
-    return _Paper(look, slope, [(a, b) for a, b in towards])
+    places = [mi.Point3f([dr.opaque(mi.Float, float(v)) for v in place]) for place in lamp_places]
+    return _Paper(look, slope, places)

@@ -158,8 +158,8 @@ def test_wrinkles_tilt_the_paper_by_the_cosine(scene):
         + slope[j + 1, i] * (1 - fu) * fv + slope[j + 1, i + 1] * fu * fv
     ).T  # fmt: skip
     normals = unit(board.normal - ds[:, None] * board.x - dt[:, None] * board.y)
-    towards = unit(lamps - board.centre)
-    expected = np.clip(normals @ towards.T, 0, None) / (board.normal @ towards.T)
+    towards = np.stack([unit(lamp - points.astype(float)) for lamp in lamps], axis=1)
+    expected = np.einsum("ni,nki->nk", normals, towards).clip(0) / (towards @ board.normal)
     assert (expected == 0).any()
     assert expected.max() > 1.1
     # A GPU's texture units interpolate in steps of 1/256.

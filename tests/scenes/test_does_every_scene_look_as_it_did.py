@@ -28,7 +28,9 @@ def quick_or_slow(path: Path):
     return pytest.param(path, marks=() if path.stem.startswith(SOME) else pytest.mark.slow)
 
 
-@pytest.mark.parametrize("path", map(quick_or_slow, SCENES), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [quick_or_slow(path) for path in SCENES], ids=lambda path: path.stem
+)
 def test_its_crops_differ_from_the_stored_ones_by_noise_alone(path, simulated, tmp_path):
     done = simulated(path)
     again = f"{MAKE} {path.stem}"
