@@ -34,6 +34,7 @@ def test_the_parameters_name_exactly_the_meshes():
     assert set(parameters["meshes"]) == set(NEEDLES) == {p.name for p in ASSET.glob("*.ply")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NEEDLES)
 def test_regenerating_gives_the_same_mesh(regenerated, name):
     """Arrays, not bytes: another trimesh may word the header anew."""

@@ -83,6 +83,7 @@ def test_no_touched_pixel_is_missing(needle, apex, axis, roll, camera):
     assert in_view(needle, T, camera) or not seen.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", [PINHOLE, BARREL, PINCUSHION])
 @pytest.mark.parametrize("needle", [CONE, BEVEL])
 def test_the_margin_is_kept_and_little_is_added(needle, camera):

@@ -46,6 +46,7 @@ def test_the_shaft_is_a_torus_to_the_last_point_of_its_faces(direction, rho):
     assert np.abs(from_torus(points, direction, rho)[0]).max() < 9e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHARP)
 def test_no_face_of_a_bent_tip_strays_from_the_straight_tips_image(name):
     """Undone by hand: radius and arc in the plane of the bend."""
@@ -59,6 +60,7 @@ def test_no_face_of_a_bent_tip_strays_from_the_straight_tips_image(name):
     assert np.abs(off).max() < 9e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tip", [*SHARP.values(), ROUND["lancet"]])
 @pytest.mark.parametrize("direction", [0, 200])
 def test_the_tip_and_its_tangent_stay(tip, direction):
@@ -98,6 +100,7 @@ def test_the_volume_is_pappuss(tip):
     assert needle.mesh().volume == pytest.approx(expected * (1 - 5.2e-6), rel=3e-7)
 
 
+@pytest.mark.slow
 def test_a_camera_is_inside_exactly_where_the_solid_is():
     rng = np.random.default_rng(4)
     for name in ("cone", "lancet", "franseen"):
@@ -111,6 +114,7 @@ def test_a_camera_is_inside_exactly_where_the_solid_is():
                 assert needle.encloses(point) == (inside > 0), (name, straight)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tip", [Cone(5), ROUND["lancet"]])
 @pytest.mark.parametrize("direction", [0, 180, 300])
 def test_the_footprint_holds_every_pixel_of_a_bent_needle(tip, direction):

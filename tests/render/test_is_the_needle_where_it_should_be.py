@@ -30,7 +30,10 @@ def variants(scene: SceneSpec) -> dict[str, SceneSpec]:
     }
 
 
-@pytest.fixture(scope="module", params=["cone", "bevel", "tilted"])
+@pytest.fixture(
+    scope="module",
+    params=["bevel", *(pytest.param(k, marks=pytest.mark.slow) for k in ("cone", "tilted"))],
+)
 def rendered(request, scene):
     spec = variants(scene)[request.param]
     return spec, render_pair(spec)

@@ -14,6 +14,7 @@ SHAPE, FRAMES = (40, 40, 3), 1000
 N = 40 * 40 * 3 * FRAMES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("preset", "mean_e"),
     [

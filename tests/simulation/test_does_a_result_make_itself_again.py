@@ -20,6 +20,7 @@ def again(done: Simulation) -> Simulation:
     return simulate(done.spec.model_copy(update={"seed": done.light_seed}), seed=done.seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FOUND_ON_THE_WAY)
 @pytest.mark.parametrize("auto", [{}, {"background_dn": 120.0}])
 def test_what_was_found_on_the_way_is_found_again(name, auto):
