@@ -124,7 +124,7 @@ def measure(names: list[str]) -> None:
     FIGURES.mkdir(exist_ok=True)
     for name in names:
         print(f"bench_{name}.py ...", file=sys.stderr)
-        done = subprocess.run(  # noqa: S603 (this interpreter, fixed arguments)
+        done = subprocess.run(
             [sys.executable, str(HERE / f"bench_{name}.py")],
             check=True,
             stdout=subprocess.PIPE,

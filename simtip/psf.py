@@ -195,7 +195,7 @@ class Psf:
         return full
 
     @cached_property
-    def _parts(self) -> tuple[Array, tuple[Array, ...]]:
+    def parts(self) -> tuple[Array, tuple[Array, ...]]:
         """The Gaussian and the diffraction of each channel, made once."""
         return self.gaussian_kernel(), tuple(self.airy_kernel(k) for k in range(3))
 
@@ -227,7 +227,7 @@ def blur(irradiance: ArrayLike, psf: Psf) -> NDArray[Any]:
     light = _checked(irradiance)
     if psf.is_identity:
         return light.copy()
-    gaussian, airy = psf._parts  # noqa: SLF001 (this module's own)
+    gaussian, airy = psf.parts
     blurred = np.empty_like(light)
     plane, other = (np.empty(light.shape[:2], light.dtype) for _ in range(2))
     border = cv2.BORDER_REFLECT

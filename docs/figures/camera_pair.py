@@ -10,6 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from zoom import around_the_tip
 
 from simtip.scene_file import load_scene
 from simtip.simulation import simulate
@@ -59,17 +60,6 @@ def idealised(scene: SceneSpec) -> SceneSpec:
     return scene.model_copy(update={"rig": rig, "sensor": sensor})
 
 
-def around_the_tip(scene: SceneSpec) -> SceneSpec:
-    """Read out only the zoomed part of the left image, and next to nothing of the right one."""
-    u, v = scene.rig.rig().left.project(np.array(scene.needle.tip_mm))
-    width, height = ZOOM_PX
-    roi = (round(u) - width // 2, round(v) - round(ABOVE * height), width, height)
-    left = scene.rig.left.model_copy(update={"roi": roi})
-    right = scene.rig.right.model_copy(update={"roi": (0, 0, 8, 8)})
-    rig = scene.rig.model_copy(update={"left": left, "right": right})
-    return scene.model_copy(update={"rig": rig})
-
-
 def labelled(picture: Picture, text: str, height: int = 36) -> Picture:
     """Put a line of text over a picture."""
     bar = np.full((height, picture.shape[1], 3), 255, np.uint8)
@@ -104,7 +94,7 @@ def whole(scene: SceneSpec) -> Picture:
 
 def zoom(scene: SceneSpec) -> Picture:
     """Give the part around the tip, each pixel a square."""
-    left = np.asarray(simulate(around_the_tip(scene)).images[0], np.uint8)
+    left = np.asarray(simulate(around_the_tip(scene, ZOOM_PX, ABOVE)).images[0], np.uint8)
     return left.repeat(ENLARGED, axis=0).repeat(ENLARGED, axis=1)
 
 

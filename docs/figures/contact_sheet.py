@@ -10,6 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from zoom import around_the_tip
 
 from simtip.scene_file import load_scene
 from simtip.simulation import simulate
@@ -43,17 +44,6 @@ def shrunk(scene: SceneSpec) -> SceneSpec:
     return scene.model_copy(update={"rig": rig, "sensor": sensor})
 
 
-def around_the_tip(scene: SceneSpec) -> SceneSpec:
-    """Read out only the zoomed part of the left image, and little of the right one."""
-    u, v = scene.rig.rig().left.project(np.array(scene.needle.tip_mm))
-    width, height = ZOOM_PX
-    roi = (round(u) - width // 2, round(v) - round(ABOVE * height), width, height)
-    left = scene.rig.left.model_copy(update={"roi": roi})
-    right = scene.rig.right.model_copy(update={"roi": (0, 0, 64, 64)})
-    rig = scene.rig.model_copy(update={"left": left, "right": right})
-    return scene.model_copy(update={"rig": rig})
-
-
 def left_view(scene: SceneSpec) -> Picture:
     """Give the left image at 8 bit."""
     image = simulate(scene).images[0].astype(np.float32)
@@ -65,7 +55,7 @@ def entry(path: Path) -> Picture:
     scene = load_scene(path)
     view = left_view(shrunk(scene))
     # The zoom is exposed as the whole is.
-    zoom = left_view(around_the_tip(scene))
+    zoom = left_view(around_the_tip(scene, ZOOM_PX, ABOVE))
     height = view.shape[0]
     side = round(height * ZOOM_PX[0] / ZOOM_PX[1])
     tip = np.asarray(cv2.resize(zoom, (side, height), interpolation=cv2.INTER_NEAREST), np.uint8)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from typing_extensions import override
 
 from simtip.geometry import Array
 from simtip.needle.ground import GroundTip
@@ -33,11 +34,13 @@ class Blunt(GroundTip):
 
     tip_radius_mm: float = 0.0
 
-    def planes(self, radius_mm: float) -> Planes:  # noqa: ARG002 - the base's signature
+    @override
+    def planes(self, radius_mm: float) -> Planes:
         """Give the flat."""
         return Planes(np.zeros((1, 2)), np.zeros((1, 3)))
 
-    def foremost(self, radius_mm: float) -> Array:  # noqa: ARG002 - as above
+    @override
+    def foremost(self, radius_mm: float) -> Array:
         """Give the middle of the flat."""
         return np.zeros((1, 2))
 
@@ -59,12 +62,14 @@ class Pyramid(GroundTip):
     def __post_init__(self) -> None:
         require_between(f"the {self.kind}'s angle_deg", self.angle_deg, SMALLEST_ANGLE_DEG, 90)
 
-    def planes(self, radius_mm: float) -> Planes:  # noqa: ARG002 - the base's signature
+    @override
+    def planes(self, radius_mm: float) -> Planes:
         """Give the planes, their middles between the edges."""
         azimuth = (2 * np.arange(self.count) + 1) * np.pi / self.count
         return Planes.through((0.0, 0.0, 0.0), np.array([math.radians(self.angle_deg)]), azimuth)
 
-    def foremost(self, radius_mm: float) -> Array:  # noqa: ARG002 - as above
+    @override
+    def foremost(self, radius_mm: float) -> Array:
         """Give the axis."""
         return np.zeros((1, 2))
 

@@ -34,6 +34,9 @@ EDGE_SAMPLES = 64
 CLUTTER_LEAVE = 3.0
 """Clutter away from the needle may be so many times as noisy."""
 
+Tolerance = Callable[[Floats], Floats]
+"""From mixed radiance (n, 3) to the standard deviation (n,) that its mean may have."""
+
 Tracer = Callable[[Any, Points], list[Any]]
 """From pixel indices and sample points to values: groups x (r, g, b), needle, clutter."""
 
@@ -55,7 +58,7 @@ class Goal:
 
     samples: int
     weights: Floats
-    tolerance: Callable[[Floats], Floats] | None = None
+    tolerance: Tolerance | None = None
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ def estimate(
     work.extend(np.arange(len(pixels)), min(FIRST_SAMPLES, most))
     if most >= EDGE_SAMPLES:
         work.extend(work.edges(), EDGE_SAMPLES - FIRST_SAMPLES)
-    while (wanted := work.wanted(goal, most)).any():
+    while (wanted := work.wanted(goal.weights, goal.tolerance, most)).any():
         for add in np.unique(wanted[wanted > 0]):
             work.extend(np.flatnonzero(wanted == add), int(add))
     return work.estimates()
@@ -160,7 +163,7 @@ class _Sampling:
         self._sums[which] += sums.reshape(len(which), REPLICAS, -1)
         self._done[which] += add
 
-    def wanted(self, goal: Goal, most: int) -> NDArray[np.int64]:
+    def wanted(self, weights: Floats, tolerance: Tolerance, most: int) -> NDArray[np.int64]:
         """Give how many more samples each pixel's replicas need (n,), in powers of two.
 
         From the noise so far, as if its variance fell with the samples; never more than there are,
@@ -170,12 +173,11 @@ class _Sampling:
         mixed = np.einsum(
             "nrgc,gc->nrc",
             response.reshape(*response.shape[:2], self._scene.groups, 3),
-            goal.weights,
+            weights,
         )
         scatter = mixed.mean(axis=2).var(axis=1, ddof=1) / REPLICAS
         variance = self._pooled(scatter)
-        assert goal.tolerance is not None  # noqa: S101 (for the type checker)
-        allowed = np.maximum(goal.tolerance(mixed.mean(axis=1)), np.float32(1e-30)) ** 2
+        allowed = np.maximum(tolerance(mixed.mean(axis=1)), np.float32(1e-30)) ** 2
         needle, clutter = np.moveaxis(self._sums[..., -2:].sum(axis=1), -1, 0)
         allowed[(needle == 0) & (clutter > 0)] *= CLUTTER_LEAVE**2
         lacking = self._done * (np.minimum(variance / allowed, 1e6) - 1)

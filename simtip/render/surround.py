@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
+from typing_extensions import override
 
 from simtip.geometry import Array
 from simtip.render.chunks import aligned, batches, means
@@ -29,13 +30,14 @@ class Surround(Protocol):
         """Give what each group, the ambient last, sends against rays that leave the scene."""
 
 
-class EvenRoom:
+class EvenRoom(Surround):
     """The ambient light, equal from everywhere, and nothing else."""
 
     def __init__(self, lamps: int) -> None:
         self._lamps = lamps
 
-    def light(self, ray: Vec, active: Vec) -> list[Vec]:  # noqa: ARG002 (equal everywhere)
+    @override
+    def light(self, ray: Vec, active: Vec) -> list[Vec]:
         """Give unit radiance to the ambient group."""
         return [*(mi.Float(0) for _ in range(self._lamps)), mi.Float(1)]
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from simtip.geometry import Array
-from simtip.render.emitters.sample import LampSample
+from simtip.render.emitters.sample import Emitter, LampSample
 from simtip.render.engine import dr, mi
 
 Vec = Any  # a Dr.Jit vector of the active variant: these types exist only once it is set
 
 
-class Bulb:
+class Bulb(Emitter):
     """A point that shines equally to all sides; rays cannot hit it.
 
     Its intensity is that of a matt sphere, radiance times the area pi d^2 / 4 that it shows.
@@ -26,13 +27,15 @@ class Bulb:
     def shape(self) -> None:
         """Describe nothing: rays pass it by."""
 
-    def sample(self, x: Vec, xi: Vec) -> LampSample:  # noqa: ARG002 (every emitter's signature)
+    @override
+    def sample(self, x: Vec, xi: Vec) -> LampSample:
         """Give the point, whatever the numbers."""
         to_point = self._centre - x
         d2 = dr.squared_norm(to_point)
         weight = self._shown_mm2 / d2
         return LampSample(self._centre, to_point * dr.rsqrt(d2), weight, mi.Float(dr.inf))
 
-    def pdf(self, x: Vec, point: Vec, normal: Vec) -> Vec:  # noqa: ARG002 (as above)
+    @override
+    def pdf(self, x: Vec, point: Vec, normal: Vec) -> Vec:
         """Give 0: no ray finds it by chance."""
         return mi.Float(0)
