@@ -15,6 +15,7 @@ import typer
 from simtip.detect import configure
 from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError, SimtipError
+from simtip.rig_file import Format
 from simtip.scene_file import SceneFile, read_scene, scene_schema
 from simtip.seeding import SEED_LIMIT
 from simtip.triangulate import Method
@@ -223,7 +224,7 @@ def measure(
     right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Right image file.")],
     rig: Annotated[
         Path,
-        typer.Option("--rig", metavar="RIG", help="OpenCV YAML with M1 D1 M2 D2 R T (mm)."),
+        typer.Option("--rig", metavar="RIG", help="Rig: OpenCV YAML or XML, JSON, Kalibr, or a ROS pair."),
     ],
     detector: Annotated[str, typer.Option("--detector", metavar="NAME")] = "lin2020",
     settings: Annotated[
@@ -283,18 +284,22 @@ def rig(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="FILE", help="Instead of stdout.")
     ] = None,
+    form: Annotated[
+        Format | None,
+        typer.Option("--format", help="Of the file; by default what its ending says."),
+    ] = None,
 ) -> None:
-    """Export a scene's true rig as OpenCV YAML (M1 D1 M2 D2 R T)."""
-    from simtip.rig_file import rig_text, write_rig
+    """Export a scene's true rig in OpenCV's, ROS's, Kalibr's or simtip's JSON form."""
+    from simtip.rig_file import rig_files, rig_text, write_rig
 
     cameras = read_scene(scene).spec.rig.rig()
     if out is None:
-        _say(rig_text(cameras).rstrip("\n"))
-    elif out.is_file():
-        # It may be somebody's calibration.
-        raise InputError("exists", file=out, remedy="name another file or remove this one")
-    else:
-        write_rig(out, cameras)
+        _say(rig_text(cameras, form or "opencv").rstrip("\n"))
+        return
+    for file in rig_files(out, form):
+        if file.exists():  # it may be somebody's calibration
+            raise InputError("exists", file=file, remedy="name another file or remove this one")
+    write_rig(out, cameras, form)
 
 
 @app.command()

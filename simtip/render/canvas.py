@@ -87,12 +87,8 @@ class Canvas:
 
     def _map_sd(self, backdrop: Backdrop, pixels: Pixels | NDArray[np.intp]) -> list[Floats]:
         """Give the light maps' noise per group (n,) at the middle of pixels."""
-        fine = backdrop.light_maps[0]
-        u, v = (
-            (self._look.hits.board_st[:, axis][pixels] - corner) / np.float32(fine.grid.step)
-            for axis, corner in enumerate(fine.grid.corner.astype(np.float32))
-        )
-        return [_at(fine.sd[..., k], u, v) for k in range(backdrop.groups)]
+        st = self._look.hits.board_st[pixels]
+        return [backdrop.light_maps[0].sd_at(st, k) for k in range(backdrop.groups)]
 
     def refine_open(self, backdrop: Backdrop, goal: Goal, tally: Tally) -> None:
         """Paint again, with more samples, where the paper's detail leaves too much noise."""
@@ -156,20 +152,3 @@ class Canvas:
             ),
             backend=backend.variant,
         )
-
-
-def _at(layer: Floats, u: Floats, v: Floats) -> Floats:
-    """Read a grid (rows, columns) at places (n,), between its points."""
-    found = [
-        cv2.remap(
-            np.ascontiguousarray(layer), a[None], b[None], cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )[0]
-        for a, b in zip(_pieces(u), _pieces(v), strict=True)
-    ]  # fmt: skip
-    return np.concatenate(found) if found else np.zeros(0, np.float32)
-
-
-def _pieces(values: Floats) -> list[Floats]:
-    """Cut into rows no longer than cv2.remap takes."""
-    return [values[k : k + 32_000] for k in range(0, len(values), 32_000)]

@@ -28,7 +28,7 @@ Pixels = NDArray[np.uint32]
 REPLICAS = 4
 FIRST_SAMPLES = 16
 """Of each replica, before the first look at the noise."""
-EDGE_SAMPLES = 64
+EDGE_SAMPLES = 256
 """Likewise where an edge runs: few samples often miss what is rare there, and look quiet."""
 
 CLUTTER_LEAVE = 3.0

@@ -10,21 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from simtip.geometry import Array
-from simtip.render.board import Board
-from simtip.render.chunks import batches, means
-from simtip.render.engine import dr, mi
-from simtip.render.illumination import direct, matt_point, room_ray
-from simtip.render.lamps import Lamp
+from simtip.render.illuminator import Illuminator
 from simtip.render.progress import Tally
-from simtip.render.sobol import Points, points_of
-from simtip.render.surround import Surround
+from simtip.render.sobol import TABLE_POINTS
 from simtip.seeding import seed32
 
 Floats = NDArray[np.float32]
@@ -36,14 +30,26 @@ SHADOW_MARGIN_MM = 6.0
 SAMPLES_PILOT = 64
 ROOM_STEPS_MM = (2.0, 40.0)
 ROOM_POINTS_MAX = 50_000
-ROOM_SAMPLES = (512, 8192)
+ROOM_SAMPLES = (512, TABLE_POINTS)
 HEIGHT_STEPS = 4.0
 """What something hides of the room changes over as many millimetres as it is off the board; so many
 grid steps there leave an error of under 1 % of that little."""
 SAMPLES_OPEN = 16
 SAMPLES_SHADOW = 256
 NOISE_WINDOW = 9
-"""Grid points, each way, over which the scatter of the values is averaged."""
+"""Grid points, each way, over which their noise is averaged."""
+LAMP_SHARE, ROOM_SHARE = 0.8, 0.5
+"""Of the noise that is allowed."""
+CONVERGENCE = 1.5
+"""The variance falls with this power of the samples, where lamps are seen in part."""
+MOST_EFFORT = 16
+
+Trace = Callable[[Array, int, int, Tally], Floats]
+"""From places (n, 2), samples, a seed and a tally to light (n, groups)."""
+
+Lack = Callable[[Floats, Floats], Floats]
+"""From light (rows, columns, groups) and the standard deviation of part of it to how many times
+that is what may be left, (rows, columns)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,30 @@ class Grid:
         return np.clip(column, 0, self.columns - 1), np.clip(row, 0, self.rows - 1)
 
 
+def read_at(layer: Floats, u: Floats, v: Floats) -> Floats:
+    """Read a grid (rows, columns) at places (n,), in grid steps, linearly between its points."""
+    found = [
+        cv2.remap(
+            np.ascontiguousarray(layer), a[None].astype(np.float32), b[None].astype(np.float32),
+            cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE,
+        )[0]
+        for a, b in zip(_pieces(u), _pieces(v), strict=True)
+    ]  # fmt: skip
+    return np.concatenate(found) if found else np.zeros(0, np.float32)
+
+
+def _pieces(values: Floats) -> list[Floats]:
+    """Cut into rows no longer than cv2.remap takes."""
+    return [values[k : k + 32_000] for k in range(0, len(values), 32_000)]
+
+
+def kept(place: Floats) -> Floats:
+    """Give what linear interpolation between two points leaves of their variance."""
+    part = place - np.floor(place)
+    left: Floats = part**2 + (1 - part) ** 2
+    return left
+
+
 @dataclass(frozen=True, eq=False)
 class LightMap:
     """Irradiance / pi per unit lamp radiance on a grid.
@@ -83,87 +113,20 @@ class LightMap:
     values
         (rows, columns, groups) float32.
     sd
-        Their Monte-Carlo standard deviation, likewise, from their scatter about their neighbours.
+        Their Monte-Carlo standard deviation, likewise, from two independent halves.
     """
 
     grid: Grid
     values: Floats
     sd: Floats
+    shared_sd: Floats
 
-
-class Illuminator:
-    """Sends light samples from points of the board to the lamps and the room.
-
-    `height_mm` is how far off the board the nearest thing is that hides the room from it.
-    """
-
-    def __init__(
-        self, scene: Any, lamps: list[Lamp], surround: Surround, board: Board, height_mm: float
-    ) -> None:
-        self.height_mm = height_mm
-        self._scene = scene
-        self._lamps = lamps
-        self._surround = surround
-        self._board = board
-        self.groups = len(lamps) + 1
-        self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
-
-    def without_shadows(self) -> Illuminator:
-        """Give one for a board before which nothing stands."""
-        return Illuminator(None, self._lamps, self._surround, self._board, self.height_mm)
-
-    def lamps(
-        self, st: Array, samples: int, seed: int, tally: Tally
-    ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Give the lamps' irradiance / pi (n, groups) at board points (n, 2), and who saw a shadow.
-
-        The ambient group, last, is 0.
-        """
-
-        def shares(si: Any, points: Points) -> list[Any]:
-            found, met = direct(self._lamps, self._scene, si, points)
-            return [*found, mi.Float(0), dr.select(met, mi.Float(1), 0)]
-
-        found = self._trace(shares, st, samples, seed, tally)
-        return found[:, :-1], found[:, -1] > 0
-
-    def open_room(self, st: Array, samples: int, seed: int, tally: Tally) -> Floats:
-        """Give the surroundings' irradiance / pi (n, groups) if nothing stood in the way."""
-
-        def shares(si: Any, points: Points) -> list[Any]:
-            return self._surround.light(room_ray(si, points), mi.Mask(True))
-
-        return self._trace(shares, st, samples, seed, tally)
-
-    def hidden_room(self, st: Array, samples: int, seed: int, tally: Tally) -> Floats:
-        """Give the part of `open_room` (n, groups) that needle and clutter keep off."""
-
-        def shares(si: Any, points: Points) -> list[Any]:
-            ray = room_ray(si, points)
-            met = mi.Mask(False) if self._scene is None else self._scene.ray_test(ray)
-            return [dr.select(met, light, 0) for light in self._surround.light(ray, met)]
-
-        return self._trace(shares, st, samples, seed, tally)
-
-    def _trace(
-        self,
-        shares: Callable[[Any, Points], list[Any]],
-        st: Array,
-        samples: int,
-        seed: int,
-        tally: Tally,
-    ) -> Floats:
-        world = self._board.points(st).astype(np.float32)
-        values = []
-        for part in batches(np.arange(len(st), dtype=np.uint32), samples):
-            points, index = points_of(part, samples, seed)
-            place = world[part]
-            p = [dr.gather(mi.Float, mi.Float(place[:, j].copy()), index) for j in range(3)]
-            zero = dr.zeros(mi.Float, dr.width(index))
-            found = shares(matt_point(mi.Point3f(p), self._normal), points)
-            values.append(means([value + zero for value in found], samples))
-            tally.add(len(part) * samples)
-        return np.concatenate(values) if values else np.zeros((0, self.groups + 1), np.float32)
+    def sd_at(self, st: Floats, group: int) -> Floats:
+        """Give the error (n,) of what linear interpolation finds at board coordinates (n, 2)."""
+        u, v = ((st[:, k] - self.grid.corner[k]) / self.grid.step for k in (0, 1))
+        own = read_at(self.sd[..., group], u, v) * np.sqrt(kept(u) * kept(v))
+        error: Floats = np.hypot(own, read_at(self.shared_sd[..., group], u, v))
+        return error
 
 
 def limited_step(low: Array, high: Array, step: float, points: int) -> float:
@@ -171,20 +134,52 @@ def limited_step(low: Array, high: Array, step: float, points: int) -> float:
     return max(step, float(np.sqrt(np.prod(high - low) / points)))
 
 
-def scatter(values: Floats) -> Floats:
-    """Give the standard deviation of the noise in (rows, columns, n) values, where they are smooth.
+def with_noise(
+    trace: Trace, grid: Grid, samples: NDArray[np.int64], seed: int, tally: Tally
+) -> tuple[Floats, Floats]:
+    """Trace all points of a grid, every fourth twice, each with so many samples (n,).
 
-    From second differences both ways, which planes and cylinders leave at zero, averaged over a
-    window: J. Immerkaer, "Fast noise variance estimation", CVIU 64 (1996). Whatever else bends
-    both ways counts as noise.
+    Gives the values (rows, columns, groups) and their standard deviation, which is from the
+    differences of what was traced twice, averaged over a window.
     """
-    kernel = np.array([1.0, -2.0, 1.0], np.float32)
-    if not values.shape[-1]:
+    points = grid.points()
+    again = np.zeros((grid.rows, grid.columns), np.bool_)
+    again[::2, ::2] = True
+    some = again.reshape(-1)
+    tally.plan(int(samples.sum() + samples[some].sum()))
+
+    def traced(chosen: NDArray[np.bool_], seed: int) -> Floats:
+        st, each = points[chosen], samples[chosen]
+        found = [
+            (each == n, trace(st[each == n], int(n), seed32(seed, int(n)), tally))
+            for n in np.unique(each)
+        ]
+        values = np.empty((len(st), found[0][1].shape[1]), np.float32)
+        for here, part in found:
+            values[here] = part
         return values
-    bent = cv2.sepFilter2D(values, cv2.CV_32F, kernel, kernel, borderType=cv2.BORDER_REFLECT_101)
+
+    values = traced(np.ones_like(some), seed).reshape(grid.rows, grid.columns, -1)
+    other = traced(some, seed32(seed, "again"))
+    return values, smoothed_sd(values[again] - other, again)
+
+
+def smoothed_sd(difference: Floats, where: NDArray[np.bool_]) -> Floats:
+    """Give the standard deviation (rows, columns, groups) of values, some of them found twice.
+
+    `difference` (n, groups) is that of the two, at the points `where` (rows, columns).
+    """
+    squares = np.zeros((*where.shape, difference.shape[-1] + 1), np.float32)
+    squares[where, :-1] = difference**2 / 2
+    squares[where, -1] = 1
+    if squares.shape[-1] == 1:
+        return squares[..., :-1]
     window = (NOISE_WINDOW, NOISE_WINDOW)
-    squares = cv2.blur(bent * bent, window, borderType=cv2.BORDER_REFLECT)
-    sd: Floats = np.sqrt(np.maximum(squares.reshape(values.shape), 0) / 36)
+    layers = [
+        cv2.blur(np.ascontiguousarray(layer), window, borderType=cv2.BORDER_REFLECT)
+        for layer in np.moveaxis(squares, -1, 0)
+    ]
+    sd: Floats = np.sqrt(np.maximum(np.stack(layers[:-1], axis=-1), 0) / layers[-1][..., None])
     return sd
 
 
@@ -197,27 +192,58 @@ def light_map(
     tally: Tally,
     *,
     room_effort: float = 1.0,
+    lack: Lack | None = None,
 ) -> LightMap:
     """Compute the map over a box of the board, with most samples where shadows fall.
 
-    `room_effort` scales the samples of what hides the room: a map seen only in mirrors, which
-    average over it, needs few.
+    Parameters
+    ----------
+    light
+        Where the light comes from.
+    low, high
+        (2,) the box's corners, board coordinates, mm.
+    step
+        Of the grid, mm.
+    seed
+        Of the samples.
+    tally
+        Told what is planned and done.
+    room_effort
+        Scales the samples of what hides the room: a map seen only in mirrors, which average over
+        it, needs few.
+    lack
+        Says how much too noisy the map is, so that it is computed again with more samples.
     """
     pilot, shadowed = _shadow_pilot(light, low, high, step, seed32(seed, "pilot"))
     grid = Grid.covering(low, high, step)
-    points = grid.points()
-    column, row = pilot.nearest(points)
-    dark = shadowed[row, column]
-    parts = [("open", ~dark, SAMPLES_OPEN), ("shadow", dark, SAMPLES_SHADOW)]
-    tally.plan(sum(int(chosen.sum()) * samples for _, chosen, samples in parts))
-    values = np.zeros((len(points), light.groups), np.float32)
-    for name, chosen, samples in parts:
-        if chosen.any():
-            values[chosen], _ = light.lamps(points[chosen], samples, seed32(seed, name), tally)
-    layers: Floats = values.reshape(grid.rows, grid.columns, -1)
-    sd = scatter(layers)
-    room, room_sd = _room_light(light, grid, low, high, room_effort, seed32(seed, "room"), tally)
-    return LightMap(grid, layers + room, np.hypot(sd, room_sd))
+    column, row = pilot.nearest(grid.points())
+    samples = np.where(shadowed[row, column], SAMPLES_SHADOW, SAMPLES_OPEN)
+
+    def lamps(samples: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        def trace(st: Array, each: int, seed: int, tally: Tally) -> Floats:
+            return light.lamps(st, each, seed, tally)[0]
+
+        return with_noise(trace, grid, samples, seed, tally)
+
+    def room(effort: float) -> tuple[Floats, Floats]:
+        return _room_light(light, grid, low, high, effort, seed32(seed, "room"), tally)
+
+    (direct_light, direct_sd), (round_light, round_sd) = lamps(samples), room(room_effort)
+    if lack is not None:
+        total = direct_light + round_light
+        efforts = effort_for(lack(total, direct_sd).reshape(-1) / LAMP_SHARE)
+        if efforts.max() > 1:
+            direct_light, direct_sd = lamps(samples * efforts)
+        effort = int(np.median(effort_for(lack(total, round_sd) / ROOM_SHARE)))
+        if effort > 1:
+            round_light, round_sd = room(effort * room_effort)
+    return LightMap(grid, direct_light + round_light, direct_sd, round_sd)
+
+
+def effort_for(lack: Floats) -> NDArray[np.int64]:
+    """Give by how much samples have to grow where the noise is so many times what it may be."""
+    need = np.clip(lack ** (2 / CONVERGENCE), 1, MOST_EFFORT)
+    return np.asarray(2 ** np.ceil(np.log2(need)), np.int64)
 
 
 def _shadow_pilot(
@@ -249,18 +275,25 @@ def _room_light(
     finest, widest = ROOM_STEPS_MM
     step = float(np.clip(light.height_mm / HEIGHT_STEPS, finest, widest))
     fewest, most = ROOM_SAMPLES
-    samples = int(effort * min(most, fewest * (step / finest) ** 2))
+    samples = max(1, int(effort * min(most, fewest * (step / finest) ** 2)))
     hidden, hidden_sd = _spread(
         light.hidden_room, samples, step, grid, low, high, seed32(seed, "hid"), tally
     )
     whole, whole_sd = _spread(
-        light.open_room, most, widest, grid, low, high, seed32(seed, "all"), tally
+        light.open_room,
+        most * max(1, int(effort)),
+        widest,
+        grid,
+        low,
+        high,
+        seed32(seed, "all"),
+        tally,
     )
     return whole - hidden, np.hypot(whole_sd, hidden_sd)
 
 
 def _spread(
-    trace: Callable[[Array, int, int, Tally], Floats],
+    trace: Trace,
     samples: int,
     step: float,
     grid: Grid,
@@ -272,17 +305,13 @@ def _spread(
     """Trace on a wider grid, and interpolate its values and their noise at the points of `grid`."""
     step = max(grid.step, limited_step(low, high, step, ROOM_POINTS_MAX))
     wide = Grid.covering(low, high, step)
-    points = wide.points()
-    tally.plan(len(points) * samples)
-    found = trace(points, samples, seed, tally).reshape(wide.rows, wide.columns, -1)
-    where = ((grid.points() - wide.corner) / wide.step).astype(np.float32)
-    u, v = where.reshape(grid.rows, grid.columns, 2).transpose(2, 0, 1)
+    each = np.full(wide.rows * wide.columns, samples, np.int64)
+    found, sd = with_noise(trace, wide, each, seed, tally)
+    u, v = ((grid.points() - wide.corner) / wide.step).T.astype(np.float32)
+    shape = grid.rows, grid.columns
 
     def at_grid(values: Floats) -> Floats:
-        layers = [
-            cv2.remap(layer, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            for layer in np.moveaxis(values, -1, 0)
-        ]
-        return np.stack(layers, axis=-1).astype(np.float32)
+        layers = [read_at(layer, u, v).reshape(shape) for layer in np.moveaxis(values, -1, 0)]
+        return np.stack(layers, axis=-1)
 
-    return at_grid(found), at_grid(scatter(found))
+    return at_grid(found), at_grid(sd) * np.sqrt(kept(u) * kept(v)).reshape(*shape, 1)

@@ -16,7 +16,14 @@ from simtip.render.backdrop import Backdrop
 from simtip.render.backend import Backend
 from simtip.render.canvas import Canvas
 from simtip.render.estimate import Goal
-from simtip.render.lightmap import COARSE_STEP_MM, Illuminator, LightMap, light_map, limited_step
+from simtip.render.illuminator import Illuminator
+from simtip.render.lightmap import (
+    COARSE_STEP_MM,
+    Lack,
+    LightMap,
+    light_map,
+    limited_step,
+)
 from simtip.render.look import Look, look_through
 from simtip.render.progress import Tally
 from simtip.render.setting import clutter_setting
@@ -55,7 +62,7 @@ def render_views(
     backdrop = Backdrop(
         world.board,
         np.array(spec.background.albedo),
-        _light_maps(spec, world, low, high, seed, tally),
+        _light_maps(spec, world, low, high, seed, tally, tolerance),
         board_texture(spec.background, spec.clutter, seed, low, high),
         tuple(np.array(lamp.centre_mm) for lamp in spec.lamps),
     )
@@ -93,14 +100,21 @@ def _seen_box(spec: SceneSpec, world: World, looks: list[Look]) -> tuple[Array, 
 
 
 def _light_maps(
-    spec: SceneSpec, world: World, low: Array, high: Array, seed: int, tally: Tally
+    spec: SceneSpec,
+    world: World,
+    low: Array,
+    high: Array,
+    seed: int,
+    tally: Tally,
+    tolerance: Tolerance | None,
 ) -> tuple[LightMap, LightMap]:
     """Map the part of the board in view finely and all of it coarsely, for mirror images."""
     height = 0.0 if world.clutter else _needle_height_mm(spec, world)
     light = Illuminator(world.scene, world.lamps, world.surround, world.board, height)
     half = world.board.half
     step = limited_step(low, high, spec.render.light_step_mm, FINE_POINTS_MAX)
-    fine = light_map(light, low, high, step, seed32(seed, "light", "fine"), tally)
+    lack = None if tolerance is None else _lack(spec, tolerance)
+    fine = light_map(light, low, high, step, seed32(seed, "light", "fine"), tally, lack=lack)
     coarse_step = min(COARSE_STEP_MM, float(2 * half.min()) / 4)
     coarse_step = limited_step(-half, half, coarse_step, COARSE_POINTS_MAX)
     coarse = light_map(
@@ -113,6 +127,21 @@ def _light_maps(
         room_effort=MIRRORED_EFFORT,
     )
     return fine, coarse
+
+
+def _lack(spec: SceneSpec, tolerance: Tolerance) -> Lack:
+    """Say how a map's noise, once mixed and off the board, compares with what is allowed."""
+    power = steady_weights(spec).astype(np.float32)
+    albedo = np.array(spec.background.albedo, np.float32)
+
+    def lack(light: Floats, sd: Floats) -> Floats:
+        mixed = (light.reshape(-1, len(power)) @ power) * albedo
+        noise = np.sqrt((sd.reshape(-1, len(power)) ** 2) @ (power.mean(axis=1) ** 2))
+        allowed = np.maximum(tolerance(mixed, np.median(mixed, axis=0)), np.float32(1e-30))
+        found: Floats = (noise * albedo.mean() / allowed).reshape(sd.shape[:2])
+        return found
+
+    return lack
 
 
 def _needle_height_mm(spec: SceneSpec, world: World) -> float:

@@ -375,9 +375,9 @@ def test_an_impossible_size_is_named(tmp_path, text, field):
     [
         (b"", "is empty"),
         (b"%YAML:1.0\n---\n", "is empty"),
-        (b"<?xml version='1.0'?>\n<opencv_storage>", "XML.*ends in .yml"),
-        (b'{"M1": {}}', "JSON.*ends in .yml"),
-        (b"\xef\xbb\xbf \n{}", "JSON"),
+        (b"<?xml version='1.0'?>\n<opencv_storage>", "not valid XML"),
+        (b'{"M1": {}}', "M1: the matrix has no 'rows'"),
+        (b"\xef\xbb\xbf \n{}", "M1: the node is missing"),
         (b"[1, 2]", "named nodes"),
         (b"%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: [", "not valid YAML"),
         (b"\x89PNG\r\n\x1a\n\0\0", "not UTF-8"),

@@ -30,7 +30,7 @@ def lit_by(scene: SceneSpec, *lamps: dict[str, object]) -> SceneSpec:
 def on_board(spec: SceneSpec, st: list[tuple[float, float]]) -> np.ndarray:
     """Irradiance / pi per unit radiance (points, lamps) at board points."""
     with activated(choose()):
-        from simtip.render.lightmap import Illuminator
+        from simtip.render.illuminator import Illuminator
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
@@ -178,7 +178,7 @@ def test_a_tubes_light_has_no_spots(scene):
     side = np.linspace(-100, 100, 400)
     st = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     with activated(choose()):
-        from simtip.render.lightmap import Illuminator
+        from simtip.render.illuminator import Illuminator
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 

@@ -136,7 +136,7 @@ def test_the_board_gets_one_bounce_of_every_wall(scene):
     spec = room(scene, [[0, 0, 8, 8]] * 2)
     places = np.array([[0.0, 0.0], [300.0, -250.0], [-350.0, 200.0]])
     with activated(choose()):
-        from simtip.render.lightmap import Illuminator
+        from simtip.render.illuminator import Illuminator
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 

@@ -38,7 +38,7 @@ def test_a_linear_map_is_read_back_as_it_is(scene):
             for grid in (fine, coarse)
         ]
         maps = tuple(
-            LightMap(grid, values, np.zeros_like(values))
+            LightMap(grid, values, *2 * [np.zeros_like(values)])
             for grid, values in zip((fine, coarse), slopes, strict=True)
         )
         board = Board.of(scene.background)

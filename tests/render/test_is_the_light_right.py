@@ -35,7 +35,7 @@ def tube_irradiance(lamp: TubeLamp, point: np.ndarray, normal: np.ndarray) -> fl
 def test_a_tube_lights_the_board_as_the_integral_says(scene):
     assert all(lamp.direction == (1, 0, 0) for lamp in scene.lamps)
     with activated(choose()):
-        from simtip.render.lightmap import Illuminator
+        from simtip.render.illuminator import Illuminator
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 

@@ -79,7 +79,7 @@ def sloping_backdrop(world):
     grid = Grid(-world.board.half, 10.0, 81, 81)
     ramp = (20 + grid.points() @ [0.01, 0.02]).reshape(81, 81, 1)
     values = np.repeat(ramp, len(world.lamps) + 1, axis=2).astype(np.float32)
-    level = LightMap(grid, values, np.zeros_like(values))
+    level = LightMap(grid, values, *2 * [np.zeros_like(values)])
     return Backdrop(world.board, np.ones(3), (level, level))
 
 
@@ -114,7 +114,7 @@ def through_open_pixels(world, camera: Camera, seed: int) -> np.ndarray:
 
 
 def from_the_board(world, camera: Camera, seed: int) -> np.ndarray:
-    from simtip.render.lightmap import Illuminator
+    from simtip.render.illuminator import Illuminator
     from simtip.render.progress import Tally
 
     v, u = np.divmod(np.arange(camera.width * camera.height), camera.width)

@@ -134,7 +134,7 @@ def test_wrinkles_tilt_the_paper_by_the_cosine(scene):
         data["background"]["normal"] = [0.2, -0.1, -1]
         board = Board.of(SceneSpec.model_validate(data).background)
         even = np.ones((81, 81, 3), np.float32)
-        level = LightMap(Grid(np.full(2, -400.0), 10.0, 81, 81), even, 0 * even)
+        level = LightMap(Grid(np.full(2, -400.0), 10.0, 81, 81), even, 0 * even, 0 * even)
         plain = np.ones((4, 4), np.float32)
         texture = BoardTexture(
             corner_mm=np.array([-100.0, -100.0]), step_mm=50.0, albedo=plain, clutter=0 * plain,
