@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from simtip.clutter.prints import TILE_MM, between, lognormal, tiles
 from simtip.clutter.setting import LampPlace, Setting
-from simtip.clutter.solids import Faces, ellipsoid, tube
+from simtip.clutter.solids import SIDES, Faces, ellipsoid, tube
 from simtip.geometry import Array, unit
 from simtip.seeding import stream
 from simtip.spec.clutter import ClutterAmounts, ClutterSpec
@@ -47,6 +47,9 @@ CABLES = (
 )
 """Their colours: black, gray, beige, red, blue."""
 
+GLOSSY_SIDES = 96
+"""Of a glossy thing's polygon: its streaks of light would show coarser facets."""
+
 Finish = Literal["matt", "glossy"]
 Rng = np.random.Generator
 
@@ -64,11 +67,11 @@ class ClutterObject:
     vertices, faces
         (n, 3) and (m, 3), closed, outward.
     albedo
-        (3,) diffuse reflectance; of a glossy thing, its reflectance.
+        (3,) diffuse reflectance; of a glossy thing, that of its body for what its coat lets in.
     in_view
         It is to be seen and belongs in the truth mask; a shadow's caster is not.
     finish
-        How it reflects.
+        How it reflects: a matt body, "glossy" with a clear coat.
     diameter_mm
         Its thickness; of dust, its shortest axis.
     """
@@ -365,6 +368,6 @@ def _solid(
     *,
     in_view: bool = True,
 ) -> ClutterObject:
-    vertices, faces = tube(spine, radii)
+    vertices, faces = tube(spine, radii, GLOSSY_SIDES if finish == "glossy" else SIDES)
     thick = 2 * float(radii.max())
     return ClutterObject(name, kind, vertices, faces, albedo, in_view, finish, thick)

@@ -26,15 +26,32 @@ BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
 LEAST_SINE = 1e-3
 """Where the needle's face is square to the brushing there is no direction."""
 
+COAT_INDEX = 1.5
+"""Refractive index of glossy clutter's coat, as of most plastics and lacquers (1.4 to 1.6): chosen,
+so that it mirrors 0.04 of what falls on it squarely."""
+
+COAT_ROUGHNESS = 0.15
+"""GGX alpha of the coat, chosen: a tube's image on a cable is a streak, no mirror image."""
+
+_INDEX = {"int_ior": COAT_INDEX, "ext_ior": 1.0}
+_COAT: dict[str, Any] = {
+    "type": "roughplastic",
+    "distribution": "ggx",
+    "alpha": COAT_ROUGHNESS,
+    **_INDEX,
+    "diffuse_reflectance": {"type": "rgb", "value": 0.0},
+}
+
 GLOW = {"type": "area", "radiance": {"type": "rgb", "value": 1.0}}
 
 
 @dataclass(frozen=True)
 class Thing:
-    """A piece of clutter: `mitsuba.ShapePtr`, and whether it belongs in the picture."""
+    """A piece of clutter: `mitsuba.ShapePtr`, whether it belongs in the picture, and is coated."""
 
     shape: Any
     in_view: bool
+    glossy: bool
 
 
 @dataclass(frozen=True)
@@ -63,6 +80,8 @@ class World:
         What lies around.
     clutter
         Solid things that are neither needle nor background.
+    coat
+        `mitsuba.BSDF` of glossy clutter's coat alone; None where there is no such clutter.
     """
 
     scene: Any
@@ -75,6 +94,7 @@ class World:
     lamps: list[Lamp]
     surround: Surround
     clutter: list[Thing]
+    coat: Any
 
     def brushed(self, si: Any, ray: Any) -> Any:
         """Turn the interaction's frame so that its second axis runs along the brushing."""
@@ -224,7 +244,7 @@ def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()
     metal = metal_bsdf(spec.needle.material, spec.sensor)
     lamps = lamps_of(spec.lamps)
     things = {
-        f"clutter_{k}": mesh_of(f"clutter_{k}", thing.vertices, thing.faces, {"bsdf": _matt(thing)})
+        f"clutter_{k}": mesh_of(f"clutter_{k}", thing.vertices, thing.faces, {"bsdf": _body(thing)})
         for k, thing in enumerate(clutter)
     }
     scene = mi.load_dict(
@@ -252,11 +272,21 @@ def load_world(spec: SceneSpec, seed: int, clutter: Sequence[ClutterObject] = ()
             else WalledRoom(spec.room, lamps, seed32(seed, "walls"))
         ),
         clutter=[
-            Thing(pointer(shapes[name]), thing.in_view)
+            Thing(pointer(shapes[name]), thing.in_view, thing.finish == "glossy")
             for name, thing in zip(things, clutter, strict=True)
         ],
+        coat=mi.load_dict(_COAT) if any(thing.finish == "glossy" for thing in clutter) else None,
     )
 
 
-def _matt(thing: ClutterObject) -> dict[str, Any]:
-    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": thing.albedo.tolist()}}
+def _body(thing: ClutterObject) -> dict[str, Any]:
+    """Describe what clutter is made of, under its coat if it has one.
+
+    Mitsuba's smooth plastic weakens light on its way in and out by Fresnel's laws, and keeps inside
+    what its surface throws back; only its diffuse part is used. (The diffuse part of its rough
+    plastic loses 15 % of the light.)
+    """
+    albedo = {"type": "rgb", "value": thing.albedo.tolist()}
+    if thing.finish == "matt":
+        return {"type": "diffuse", "reflectance": albedo}
+    return {"type": "plastic", **_INDEX, "diffuse_reflectance": albedo}
