@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simtip import Camera, Pose, SceneSpec
 from simtip.render.engine import mi
 from simtip.render.lamps import lamps_of
-from simtip.render.world import stock_scene
+from simtip.render.stock import stock_scene
 
 SAMPLERS = ("multijitter", "independent", "stratified", "orthogonal", "ldsampler")
 """All that Mitsuba has."""

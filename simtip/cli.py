@@ -224,7 +224,7 @@ def measure(
     right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Right image file.")],
     rig: Annotated[
         Path,
-        typer.Option("--rig", metavar="RIG", help="Rig: OpenCV YAML or XML, JSON, Kalibr, or a ROS pair."),
+        typer.Option("--rig", metavar="RIG", help="OpenCV, JSON or Kalibr file, or a ROS pair."),
     ],
     detector: Annotated[str, typer.Option("--detector", metavar="NAME")] = "lin2020",
     settings: Annotated[
@@ -300,6 +300,60 @@ def rig(
         if file.exists():  # it may be somebody's calibration
             raise InputError("exists", file=file, remedy="name another file or remove this one")
     write_rig(out, cameras, form)
+
+
+@app.command()
+def boards(
+    scene: SceneArgument,
+    out: Annotated[
+        Path,
+        typer.Option("-o", "--out", metavar="DIR", help="New folder, or one begun before."),
+    ],
+    views: Annotated[
+        int | None,
+        typer.Option("--views", metavar="N", min=1, max=10_000, help="Instead of the scene's."),
+    ] = None,
+    target: Annotated[
+        str | None,
+        typer.Option("--target", metavar="TARGET", help="E.g. chessboard:11x8:6 (inner corners)."),
+    ] = None,
+    seed: SeedOption = None,
+    backend: BackendOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Render calibration images with known truth: left_01.png, right_01.png, ..., truth.json.
+
+    A run that was stopped goes on where it was.
+    """
+    from simtip.boards import plan_boards
+    from simtip.boards_folder import check_folder, fill_folder
+    from simtip.console import progress_bar
+    from simtip.render import choose
+    from simtip.target import parse_target
+
+    source = read_scene(scene)
+    wanted: dict[str, Any] = {} if views is None else {"views": views}
+    if target is not None:
+        with _as_option("--target"):
+            wanted["target"] = str(parse_target(target))
+    shown = source.spec.boards.model_copy(update=wanted)
+    spec = source.spec.model_copy(update={"boards": shown})
+    with located(source):
+        plan = plan_boards(spec, seed=seed)
+    check_folder(out, plan)
+    chosen = choose(backend)
+    try:
+        with located(source), progress_bar("rendering boards") as progress:
+            rendered, found = fill_folder(out, plan, backend=chosen, progress=progress)
+    except KeyboardInterrupt:
+        _fail(f"interrupted; the same command goes on with {out}", INTERRUPTED)
+    if as_json:
+        facts = {"scene": spec.name, "seed": plan.seed, "backend": chosen.variant}
+        counts = {"views": len(plan.poses), "rendered": rendered, "found": found}
+        _print_json({**facts, "out": str(out), "target": str(plan.plate.target), **counts})
+        return
+    _say(f"{rendered} views rendered, {found} were there")
+    _say_where(out, "left_*.png, right_*.png, truth.json, rig_true.yaml")
 
 
 @app.command()
@@ -379,6 +433,17 @@ def _as_options() -> Iterator[None]:
         if part != FIELD_PREFIX:
             raise
         option = "--detector" if name == "name" else f"--set {name}"
+        raise InputError(
+            error.problem, file=error.file, field=option, remedy=error.remedy
+        ) from error
+
+
+@contextmanager
+def _as_option(option: str) -> Iterator[None]:
+    """Give an error about what an option says the option's name."""
+    try:
+        yield
+    except InputError as error:
         raise InputError(
             error.problem, file=error.file, field=option, remedy=error.remedy
         ) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,9 @@ from simtip.seeding import stream
 from simtip.sensor import Image, expose, fixed_pattern
 from simtip.spec import SceneSpec, SensorSpec
 from simtip.truth import SceneTruth, scene_truth
+
+Level = Callable[[NDArray[np.float32], View], Array]
+"""From irradiance on a sensor (H, W, 3) and its view to that of what is to be exposed for, (3,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +123,40 @@ def expose_pair(
     """
     truth = scene_truth(spec)
     start = time.perf_counter()
+    spec, images = expose_views(spec, views, seed=seed, level=_open_background)
+    timings = {"sensor": time.perf_counter() - start}
+    rendered = seed if light_seed is None else light_seed
+    return Simulation(spec, seed, backend, truth, views, images, timings, rendered)
+
+
+def expose_views(
+    spec: SceneSpec, views: tuple[View, View], *, seed: int, level: Level
+) -> tuple[SceneSpec, tuple[Image, Image]]:
+    """Expose both sensors to rendered light.
+
+    Parameters
+    ----------
+    spec
+        The scene.
+    views
+        Left and right.
+    seed
+        Root seed of the sensors' noise.
+    level
+        What counts as background for auto-exposure and white balance.
+
+    Returns
+    -------
+    spec, images
+        The scene with the exposure found, and both images, DN.
+
+    Raises
+    ------
+    InputError
+        No exposure gives `sensor.background_dn`.
+    """
     cameras = (spec.rig.left, spec.rig.right)
-    light = _Light(spec, views)
+    light = _Light(spec, views, level)
     sensor = settle_white_balance(light.backgrounds, spec.sensor)
     spec = spec.model_copy(update={"sensor": settle_exposure(light.backgrounds, sensor)})
     left, right = (
@@ -134,16 +170,18 @@ def expose_pair(
             ("left", "right"), light.on_sensors(spec.sensor), cameras, strict=True
         )
     )
-    timings = {"sensor": time.perf_counter() - start}
-    rendered = seed if light_seed is None else light_seed
-    return Simulation(spec, seed, backend, truth, views, (left, right), timings, rendered)
+    return spec, (left, right)
+
+
+def _open_background(irradiance: NDArray[np.float32], view: View) -> Array:
+    return background_irradiance(irradiance, np.maximum(view.coverage, view.clutter))
 
 
 class _Light:
     """What falls on both sensors; mixed again only if another exposure changes it (ripple)."""
 
-    def __init__(self, spec: SceneSpec, views: tuple[View, View]) -> None:
-        self._spec, self._views = spec, views
+    def __init__(self, spec: SceneSpec, views: tuple[View, View], level: Level) -> None:
+        self._spec, self._views, self._level = spec, views, level
         self._weights: list[Array] = []
         self._irradiance: list[NDArray[np.float32]] = []
 
@@ -164,7 +202,7 @@ class _Light:
     def backgrounds(self, sensor: SensorSpec) -> Array:
         """Give the irradiance of both backgrounds, (2, 3) W m^-2."""
         levels = [
-            background_irradiance(light, np.maximum(view.coverage, view.clutter))
+            self._level(light, view)
             for light, view in zip(self.on_sensors(sensor), self._views, strict=True)
         ]
         return np.array(levels)

@@ -8,13 +8,24 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
+from simtip.errors import InputError
 from simtip.geometry import Pose
 from simtip.lens import ThinLens
+from simtip.plate import Plate
 from simtip.render.backend import Backend, activated, choose
 from simtip.render.view import Floats, Progress, Tolerance, View
 from simtip.spec import SceneSpec
 
-__all__ = ["Backend", "Progress", "Tolerance", "View", "choose", "render_discs", "render_pair"]
+__all__ = [
+    "Backend",
+    "Progress",
+    "Tolerance",
+    "View",
+    "choose",
+    "render_board",
+    "render_discs",
+    "render_pair",
+]
 
 
 def render_pair(
@@ -55,6 +66,55 @@ def render_pair(
         else:
             from simtip.render.pair import render_views
         return render_views(spec, backend, spec.seed if seed is None else seed, tolerance, progress)
+
+
+def render_board(
+    spec: SceneSpec,
+    plate: Plate,
+    T_wt: Pose,
+    *,
+    backend: Backend | None = None,
+    seed: int | None = None,
+    tolerance: Tolerance | None = None,
+    progress: Progress | None = None,
+) -> tuple[View, View]:
+    """Render the left and the right view of a scene with a calibration board for the needle.
+
+    Parameters
+    ----------
+    spec
+        The scene; `boards.plate` says what the board looks like.
+    plate
+        Its geometry.
+    T_wt
+        From its frame to the world, mm.
+    backend, seed, tolerance, progress
+        As for `render_pair`.
+
+    Returns
+    -------
+    tuple of View
+        Left, right; their `coverage` is the board's.
+
+    Raises
+    ------
+    InputError
+        The back end is scalar, which renders needles only.
+    """
+    backend = backend or choose()
+    if backend.name == "scalar":
+        raise InputError(
+            "the scalar back end renders no calibration boards",
+            field="--backend",
+            remedy="install an LLVM library, see `simtip doctor`",
+        )
+    with activated(backend):
+        from simtip.render.board_subject import BoardSubject
+        from simtip.render.pair import render_views
+
+        subject = BoardSubject(plate, T_wt, spec.boards.plate)
+        chosen = spec.seed if seed is None else seed
+        return render_views(spec, backend, chosen, tolerance, progress, subject)
 
 
 def render_discs(

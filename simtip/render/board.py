@@ -53,3 +53,7 @@ class Board:
         """World points (..., 3) of board coordinates (..., 2)."""
         found: Array = self.centre + st[..., :1] * self.x + st[..., 1:] * self.y
         return found
+
+    def normals(self, st: Array) -> Array:
+        """World normals (..., 3) at board coordinates (..., 2)."""
+        return np.broadcast_to(self.normal, (*st.shape[:-1], 3))

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from simtip.render.backdrop import Backdrop
 from simtip.render.backend import Backend
 from simtip.render.estimate import Goal
-from simtip.render.look import Look, Mask
+from simtip.render.look import Look
 from simtip.render.noise import Noise
 from simtip.render.progress import Tally
+from simtip.render.subject import Mask
 from simtip.render.view import Floats, View
 from simtip.render.wavefront import Pixels, render_open, render_pixels
 from simtip.render.world import World
@@ -134,7 +135,9 @@ class Canvas:
         """Sample the rest, and give the view."""
         look = self._look
         pixels = np.flatnonzero(look.full).astype(np.uint32)
-        found = render_pixels(world, backdrop, look.eye, pixels, goal, self._seed, tally)
+        found = render_pixels(
+            world, backdrop, look.eye, pixels, goal, self._seed, tally, look.reach_px
+        )
         self.response[:, look.full] = np.moveaxis(found.response, 1, 0)
         self.needle[look.full] = found.needle
         self.clutter[look.full] = found.clutter

@@ -31,6 +31,9 @@ FIRST_SAMPLES = 16
 EDGE_SAMPLES = 256
 """Likewise where an edge runs: few samples often miss what is rare there, and look quiet."""
 
+PLAIN_SAMPLES = 1
+"""Likewise in pixels known to be smooth."""
+
 CLUTTER_LEAVE = 3.0
 """Clutter away from the needle may be so many times as noisy."""
 
@@ -101,7 +104,13 @@ class Estimates:
 
 
 def estimate(
-    tracer: Tracer, pixels: Pixels, scene: Layout, goal: Goal, seed: int, tally: Tally
+    tracer: Tracer,
+    pixels: Pixels,
+    scene: Layout,
+    goal: Goal,
+    seed: int,
+    tally: Tally,
+    plain: NDArray[np.bool_] | None = None,
 ) -> Estimates:
     """Estimate pixels.
 
@@ -119,17 +128,22 @@ def estimate(
         Of the samples.
     tally
         Told what is planned and done.
+    plain
+        (n,) pixels known to show something smooth, for which a few samples do.
     """
     most = min(-(-goal.samples // REPLICAS), TABLE_POINTS)
-    work = _Sampling(tracer, pixels, scene, seed, tally)
+    easy = np.zeros(len(pixels), np.bool_) if plain is None else plain
+    work = _Sampling(tracer, pixels, scene, goal, seed, tally, easy)
+    every = np.arange(len(pixels))
     if goal.tolerance is None:
-        work.extend(np.arange(len(pixels)), most)
+        work.extend(every, most)
         return work.estimates()
-    work.extend(np.arange(len(pixels)), min(FIRST_SAMPLES, most))
+    work.extend(every[easy], min(PLAIN_SAMPLES, most))
+    work.extend(every[~easy], min(FIRST_SAMPLES, most))
     if most >= EDGE_SAMPLES:
         work.extend(work.edges(), EDGE_SAMPLES - FIRST_SAMPLES)
-    while (wanted := work.wanted(goal.weights, goal.tolerance, most)).any():
-        for add in np.unique(wanted[wanted > 0]):
+    while len(which := (wanted := work.wanted(goal.tolerance, most)).nonzero()[0]):
+        for add in np.unique(wanted[which]):
             work.extend(np.flatnonzero(wanted == add), int(add))
     return work.estimates()
 
@@ -138,12 +152,29 @@ class _Sampling:
     """Running sums of pixels, each replica on its own."""
 
     def __init__(
-        self, tracer: Tracer, pixels: Pixels, scene: Layout, seed: int, tally: Tally
+        self,
+        tracer: Tracer,
+        pixels: Pixels,
+        scene: Layout,
+        goal: Goal,
+        seed: int,
+        tally: Tally,
+        plain: NDArray[np.bool_],
     ) -> None:
+        self._plain = plain
         self._tracer, self._pixels, self._scene = tracer, pixels, scene
-        self._seed, self._tally = seed, tally
+        self._weights, self._seed, self._tally = goal.weights, seed, tally
         self._sums = np.zeros((len(pixels), REPLICAS, 3 * scene.groups + 2), np.float32)
         self._done = np.zeros(len(pixels), np.int64)
+        self._mixed = np.zeros((len(pixels), 3), np.float32)
+        self._scatter = np.zeros(len(pixels), np.float32)
+        self._covered = np.zeros((len(pixels), 2), np.float32)
+        v, u = np.divmod(pixels.astype(np.intp), scene.columns)
+        self._place = v - v.min(initial=v.max(initial=0)), u - u.min(initial=u.max(initial=0))
+        self._shape = (
+            int(self._place[0].max(initial=0)) + 1,
+            int(self._place[1].max(initial=0)) + 1,
+        )
 
     def extend(self, which: NDArray[np.intp], add: int) -> None:
         """Take `add` more samples of each replica of some pixels."""
@@ -162,23 +193,31 @@ class _Sampling:
         sums = np.concatenate(found) * np.float32(add)
         self._sums[which] += sums.reshape(len(which), REPLICAS, -1)
         self._done[which] += add
+        self._look_at(which)
 
-    def wanted(self, weights: Floats, tolerance: Tolerance, most: int) -> NDArray[np.int64]:
+    def _look_at(self, which: NDArray[np.intp]) -> None:
+        """Work out what some pixels show, and how their replicas scatter."""
+        average = self._average(which)
+        groups = self._scene.groups
+        response = average[..., : 3 * groups].reshape(len(which) * REPLICAS, groups * 3)
+        # Each channel's mix at once: (groups * 3, 3).
+        power = (self._weights[:, :, None] * np.eye(3, dtype=np.float32)).reshape(-1, 3)
+        mixed = (response @ power).reshape(len(which), REPLICAS, 3)
+        gray = mixed.mean(axis=2)
+        off = gray - gray.mean(axis=1, keepdims=True)
+        self._mixed[which] = mixed.mean(axis=1)
+        self._scatter[which] = (off**2).sum(axis=1) / np.float32(REPLICAS * (REPLICAS - 1))
+        self._covered[which] = average[..., -2:].mean(axis=1)
+
+    def wanted(self, tolerance: Tolerance, most: int) -> NDArray[np.int64]:
         """Give how many more samples each pixel's replicas need (n,), in powers of two.
 
         From the noise so far, as if its variance fell with the samples; never more than there are,
         so that a first guess from few is looked at again.
         """
-        response = self._average()[..., : 3 * self._scene.groups]
-        mixed = np.einsum(
-            "nrgc,gc->nrc",
-            response.reshape(*response.shape[:2], self._scene.groups, 3),
-            weights,
-        )
-        scatter = mixed.mean(axis=2).var(axis=1, ddof=1) / REPLICAS
-        variance = self._pooled(scatter)
-        allowed = np.maximum(tolerance(mixed.mean(axis=1)), np.float32(1e-30)) ** 2
-        needle, clutter = np.moveaxis(self._sums[..., -2:].sum(axis=1), -1, 0)
+        (variance,) = self._pooled(self._scatter[:, None]).T
+        allowed = np.maximum(tolerance(self._mixed), np.float32(1e-30)) ** 2
+        needle, clutter = self._covered.T
         allowed[(needle == 0) & (clutter > 0)] *= CLUTTER_LEAVE**2
         lacking = self._done * (np.minimum(variance / allowed, 1e6) - 1)
         add = 2 ** np.ceil(np.log2(np.maximum(lacking, FIRST_SAMPLES / 2)))
@@ -188,7 +227,8 @@ class _Sampling:
 
     def estimates(self) -> Estimates:
         """Give the means, and their errors."""
-        average = self._average()
+        every = np.arange(len(self._pixels))
+        average = self._average(every)
         total = average.mean(axis=1)
         groups = self._scene.groups
         return Estimates(
@@ -199,9 +239,9 @@ class _Sampling:
             samples=(self._done * REPLICAS).astype(np.uint32),
         )
 
-    def _average(self) -> Floats:
-        count = np.maximum(self._done, 1).astype(np.float32)
-        average: Floats = self._sums / count[:, None, None]
+    def _average(self, which: NDArray[np.intp]) -> Floats:
+        count = np.maximum(self._done[which], 1).astype(np.float32)
+        average: Floats = self._sums[which] / count[:, None, None]
         return average
 
     def _covariance(self, average: Floats) -> Floats:
@@ -209,45 +249,50 @@ class _Sampling:
         groups = self._scene.groups
         gray = average[..., : 3 * groups].reshape(*average.shape[:2], groups, 3).mean(axis=3)
         off = gray - gray.mean(axis=1, keepdims=True)
-        found: Floats = np.einsum("nri,nrj->nij", off, off) / np.float32(REPLICAS * (REPLICAS - 1))
-        for i in range(groups):
-            for j in range(i, groups):
-                found[:, i, j] = found[:, j, i] = self._pooled(found[:, i, j])
+        i, j = np.triu_indices(groups)
+        products = (off[..., i] * off[..., j]).sum(axis=1) / np.float32(REPLICAS * (REPLICAS - 1))
+        pooled = self._pooled(products)
+        found = np.empty((len(average), groups, groups), np.float32)
+        found[:, i, j] = found[:, j, i] = pooled
         return found
 
     def _pooled(self, variance: Floats) -> Floats:
-        """Average (n,) variances over a pixel's neighbours, as if all had as many samples.
+        """Average (n, k) variances over a pixel's neighbours, as if all had as many samples.
 
         Only neighbours of its kind count: an edge is far noisier than what lies beside it.
         """
-        count = np.maximum(self._done, 1).astype(np.float32)
-        v, u = np.divmod(self._pixels.astype(np.intp), self._scene.columns)
-        v, u = v - v.min(initial=v.max(initial=0)), u - u.min(initial=u.max(initial=0))
+        count = np.maximum(self._done, 1).astype(np.float32)[:, None]
+        weighted = variance * count
+        v, u = self._place
         kinds = self._kinds()
-        pooled = variance.copy()
+        pooled = np.empty_like(variance)
         for kind in np.unique(kinds):
             (own,) = np.nonzero(kinds == kind)
-            image = np.zeros((v.max() + 1, u.max() + 1, 2), np.float32)
-            image[v[own], u[own], 0] = variance[own] * count[own]
-            image[v[own], u[own], 1] = 1
-            near = cv2.blur(image, (3, 3), borderType=cv2.BORDER_CONSTANT)[v[own], u[own]]
-            pooled[own] = near[:, 0] / near[:, 1] / count[own]
-        return pooled
+            image = np.zeros((*self._shape, 1), np.float32)
+            image[v[own], u[own], 0] = 1
+            many = _around(image)[v[own], u[own]]
+            for k in range(variance.shape[1]):
+                image[v[own], u[own], 0] = weighted[own, k]
+                pooled[own, k] = _around(image)[v[own], u[own]] / many
+        return pooled / count
 
     def edges(self) -> NDArray[np.intp]:
         """Give the pixels in which needle or clutter begins, and those beside them."""
-        covered = self._average()[..., -2:].mean(axis=1)
-        partly = ((covered > 0) & (covered < 1)).any(axis=1)
+        partly = ((self._covered > 0) & (self._covered < 1)).any(axis=1)
         if not partly.any():
             return np.zeros(0, np.intp)
-        v, u = np.divmod(self._pixels.astype(np.intp), self._scene.columns)
-        v, u = v - v.min(), u - u.min()
-        image = np.zeros((v.max() + 1, u.max() + 1), np.uint8)
+        v, u = self._place
+        image = np.zeros(self._shape, np.uint8)
         image[v[partly], u[partly]] = 1
         return np.flatnonzero(cv2.dilate(image, np.ones((3, 3), np.uint8))[v, u])
 
     def _kinds(self) -> NDArray[np.int64]:
-        """Tell pixels (n,) apart: needle and clutter cover them not, in part or wholly."""
-        covered = self._average()[..., -2:].mean(axis=1)
-        needle, clutter = ((covered > 0).astype(np.int64) + (covered >= 1)).T
-        return np.asarray(3 * needle + clutter)
+        """Tell pixels (n,) apart: plain ones; needle and clutter cover them not, partly, wholly."""
+        needle, clutter = ((self._covered > 0).astype(np.int64) + (self._covered >= 1)).T
+        return np.asarray(9 * self._plain + 3 * needle + clutter)
+
+
+def _around(image: Floats) -> Floats:
+    """Average an image (H, W, 1) over 3 x 3 pixels: (H, W)."""
+    mean: Floats = np.asarray(cv2.blur(image, (3, 3), borderType=cv2.BORDER_CONSTANT), np.float32)
+    return mean

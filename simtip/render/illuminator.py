@@ -1,15 +1,14 @@
-"""Light samples from points of the board to the lamps and the room."""
+"""Light samples from points of a matt surface to the lamps and the room."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simtip.geometry import Array
-from simtip.render.board import Board
 from simtip.render.chunks import batches, means
 from simtip.render.engine import dr, mi
 from simtip.render.illumination import direct, matt_point, room_ray
@@ -22,31 +21,40 @@ from simtip.seeding import seed32
 Floats = NDArray[np.float32]
 
 
-class Illuminator:
-    """Sends light samples from points of the board to the lamps and the room.
+class Surface(Protocol):
+    """Something matt, with coordinates (s, t), mm, of its own."""
 
-    `height_mm` is how far off the board the nearest thing is that hides the room from it.
+    def points(self, st: Array) -> Array:
+        """World points (n, 3), mm, of coordinates (n, 2)."""
+
+    def normals(self, st: Array) -> Array:
+        """World unit normals (n, 3), likewise."""
+
+
+class Illuminator:
+    """Sends light samples from points of a surface to the lamps and the room.
+
+    `height_mm` is how far off the surface the nearest thing is that hides the room from it.
     """
 
     def __init__(
-        self, scene: Any, lamps: list[Lamp], surround: Surround, board: Board, height_mm: float
+        self, scene: Any, lamps: list[Lamp], surround: Surround, surface: Surface, height_mm: float
     ) -> None:
         self.height_mm = height_mm
         self._scene = scene
         self._lamps = lamps
         self._surround = surround
-        self._board = board
+        self._surface = surface
         self.groups = len(lamps) + 1
-        self._normal = mi.Normal3f([dr.opaque(mi.Float, float(v)) for v in board.normal])
 
     def without_shadows(self) -> Illuminator:
-        """Give one for a board before which nothing stands."""
-        return Illuminator(None, self._lamps, self._surround, self._board, self.height_mm)
+        """Give one for a surface before which nothing stands."""
+        return Illuminator(None, self._lamps, self._surround, self._surface, self.height_mm)
 
     def lamps(
         self, st: Array, samples: int, seed: int, tally: Tally
     ) -> tuple[Floats, NDArray[np.bool_]]:
-        """Give the lamps' irradiance / pi (n, groups) at board points (n, 2), and who saw a shadow.
+        """Give the lamps' irradiance / pi (n, groups) at points (n, 2), and who saw a shadow.
 
         The ambient group, last, is 0.
         """
@@ -90,14 +98,19 @@ class Illuminator:
             parts = [self._trace(shares, st, each, seed32(seed, k), tally) for k in range(rounds)]
             mean: Floats = np.mean(parts, axis=0, dtype=np.float32)
             return mean
-        world = self._board.points(st).astype(np.float32)
+        places, normals = (
+            found.astype(np.float32)
+            for found in (self._surface.points(st), self._surface.normals(st))
+        )
         values = []
         for part in batches(np.arange(len(st), dtype=np.uint32), samples):
             points, index = points_of(part, samples, seed)
-            place = world[part]
-            p = [dr.gather(mi.Float, mi.Float(place[:, j].copy()), index) for j in range(3)]
+            p, n = (
+                [dr.gather(mi.Float, mi.Float(a[part, j].copy()), index) for j in range(3)]
+                for a in (places, normals)
+            )
             zero = dr.zeros(mi.Float, dr.width(index))
-            found = shares(matt_point(mi.Point3f(p), self._normal), points)
+            found = shares(matt_point(mi.Point3f(p), mi.Normal3f(n)), points)
             values.append(means([value + zero for value in found], samples))
             tally.add(len(part) * samples)
         return np.concatenate(values) if values else np.zeros((0, self.groups + 1), np.float32)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.clutter import ClutterObject
-from simtip.footprint import footprint
 from simtip.geometry import Array, Pose
 from simtip.lens import ThinLens
 from simtip.render.backdrop import Plane
 from simtip.render.eye import Eye
+from simtip.render.subject import Mask
 from simtip.render.wavefront import FirstHits, first_hits
 from simtip.render.world import World
 from simtip.spec import SceneSpec
@@ -30,8 +30,6 @@ PAPER_SAMPLES = 8
 
 CROP_PX = 40
 """Around all that is sampled, of a crop."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +48,8 @@ class Look:
         (H, W) pixels that need full transport; all others see only the background.
     open_samples
         Samples of those others.
+    reach_px
+        How far the blur of what stands before the background may reach.
     window
         Rows and columns beyond which the background is filled up smoothly; None: nowhere.
     """
@@ -60,6 +60,7 @@ class Look:
     hits: FirstHits
     full: Mask
     open_samples: int
+    reach_px: float
     window: tuple[slice, slice] | None = None
 
     def near_background(self) -> Mask:
@@ -84,16 +85,15 @@ def look_through(
     eye = Eye(camera, T_wc, lens)
     hits = first_hits(world, Plane(world.board), eye, camera.width * camera.height)
     shape = (camera.height, camera.width)
-    needle, T_cn = spec.needle.needle(), T_wc.inverse() @ spec.needle.pose()
-    vertices, _ = needle.surface()
-    margin = _margin(lens, camera, T_cn.apply(vertices)[:, 2])
+    T_cw = T_wc.inverse()
+    margin = _margin(lens, camera, T_cw.apply(world.subject.vertices())[:, 2])
     if margin > max(shape) / 4:  # so much out of focus that it may reach anywhere
         full = np.ones(shape, np.bool_)
     else:
-        full = footprint(needle, T_cn, camera, margin)
+        full = world.subject.footprint(T_cw, camera, margin)
     for thing in clutter:
         if thing.in_view:
-            full |= _solid(thing, T_wc.inverse(), camera, lens)
+            full |= _solid(thing, T_cw, camera, lens)
     full |= _dilated(~hits.background.reshape(shape) & ~full, EDGE_MARGIN_PX)
     depth = hits.depth_mm[hits.background]
     if not hits.background.all() and lens is not None and len(depth):
@@ -102,7 +102,16 @@ def look_through(
     samples = LENS_SAMPLES if lens is not None else 1
     paper = spec.background.textured() or spec.clutter.amounts().prints()
     window = _window(full) if spec.render.crop else None
-    return Look(name, camera, eye, hits, full, PAPER_SAMPLES if paper else samples, window)
+    return Look(
+        name,
+        camera,
+        eye,
+        hits,
+        full,
+        PAPER_SAMPLES if paper else samples,
+        margin - EDGE_MARGIN_PX,
+        window,
+    )
 
 
 def _window(full: Mask) -> tuple[slice, slice]:

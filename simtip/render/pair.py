@@ -16,25 +16,16 @@ from simtip.render.backdrop import Backdrop
 from simtip.render.backend import Backend
 from simtip.render.canvas import Canvas
 from simtip.render.estimate import Goal
-from simtip.render.illuminator import Illuminator
-from simtip.render.lightmap import (
-    COARSE_STEP_MM,
-    Lack,
-    LightMap,
-    light_map,
-    limited_step,
-)
+from simtip.render.lighting import Lighting
 from simtip.render.look import Look, look_through
+from simtip.render.needle_subject import NeedleSubject
 from simtip.render.progress import Tally
 from simtip.render.setting import clutter_setting
+from simtip.render.subject import Subject
 from simtip.render.view import Floats, Progress, Tolerance, View
 from simtip.render.world import World, load_world
-from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 
-FINE_POINTS_MAX = 2_000_000
-COARSE_POINTS_MAX = 50_000
-MIRRORED_EFFORT = 1 / 8
 USUAL_SAMPLES = 500
 """That a pixel takes: a guess, for the progress bar."""
 
@@ -45,11 +36,12 @@ def render_views(
     seed: int,
     tolerance: Tolerance | None,
     progress: Progress | None,
+    subject: Subject | None = None,
 ) -> tuple[View, View]:
     """Render left and right; see `simtip.render.render_pair`."""
     rig = spec.rig.rig()
     clutter = solid_clutter(spec, seed)
-    world = load_world(spec, seed, clutter)
+    world = load_world(spec, seed, subject or NeedleSubject(spec), clutter)
     lenses = spec.rig.left.lens.thin_lens(), spec.rig.right.lens.thin_lens()
     left = look_through(spec, world, "left", rig.left, Pose.identity(), lenses[0], clutter)
     right = look_through(spec, world, "right", rig.right, rig.T_lr, lenses[1], clutter)
@@ -59,10 +51,12 @@ def render_views(
         tally.plan(look.open_samples * int((~look.full).sum()))
         tally.expect(min(spec.render.samples, USUAL_SAMPLES) * int(look.full.sum()))
     low, high = _seen_box(spec, world, looks)
+    lighting = Lighting(spec, world, seed, tally, tolerance)
+    world.subject.light(lighting)
     backdrop = Backdrop(
         world.board,
         np.array(spec.background.albedo),
-        _light_maps(spec, world, low, high, seed, tally, tolerance),
+        lighting.on_background(low, high),
         board_texture(spec.background, spec.clutter, seed, low, high),
         tuple(np.array(lamp.centre_mm) for lamp in spec.lamps),
     )
@@ -97,57 +91,6 @@ def _seen_box(spec: SceneSpec, world: World, looks: list[Look]) -> tuple[Array, 
         np.maximum(boxes[:, :, 0].min(axis=0) - margin, -half),
         np.minimum(boxes[:, :, 1].max(axis=0) + margin, half),
     )
-
-
-def _light_maps(
-    spec: SceneSpec,
-    world: World,
-    low: Array,
-    high: Array,
-    seed: int,
-    tally: Tally,
-    tolerance: Tolerance | None,
-) -> tuple[LightMap, LightMap]:
-    """Map the part of the board in view finely and all of it coarsely, for mirror images."""
-    height = 0.0 if world.clutter else _needle_height_mm(spec, world)
-    light = Illuminator(world.scene, world.lamps, world.surround, world.board, height)
-    half = world.board.half
-    step = limited_step(low, high, spec.render.light_step_mm, FINE_POINTS_MAX)
-    lack = None if tolerance is None else _lack(spec, tolerance)
-    fine = light_map(light, low, high, step, seed32(seed, "light", "fine"), tally, lack=lack)
-    coarse_step = min(COARSE_STEP_MM, float(2 * half.min()) / 4)
-    coarse_step = limited_step(-half, half, coarse_step, COARSE_POINTS_MAX)
-    coarse = light_map(
-        light.without_shadows() if spec.render.crop else light,
-        -half,
-        half,
-        coarse_step,
-        seed32(seed, "light", "coarse"),
-        tally,
-        room_effort=MIRRORED_EFFORT,
-    )
-    return fine, coarse
-
-
-def _lack(spec: SceneSpec, tolerance: Tolerance) -> Lack:
-    """Say how a map's noise, once mixed and off the board, compares with what is allowed."""
-    power = steady_weights(spec).astype(np.float32)
-    albedo = np.array(spec.background.albedo, np.float32)
-
-    def lack(light: Floats, sd: Floats) -> Floats:
-        mixed = (light.reshape(-1, len(power)) @ power) * albedo
-        noise = np.sqrt((sd.reshape(-1, len(power)) ** 2) @ (power.mean(axis=1) ** 2))
-        allowed = np.maximum(tolerance(mixed, np.median(mixed, axis=0)), np.float32(1e-30))
-        found: Floats = (noise * albedo.mean() / allowed).reshape(sd.shape[:2])
-        return found
-
-    return lack
-
-
-def _needle_height_mm(spec: SceneSpec, world: World) -> float:
-    vertices, _ = spec.needle.needle().surface()
-    heights = (spec.needle.pose().apply(vertices) - world.board.centre) @ world.board.normal
-    return float(heights.min())
 
 
 def _goal(spec: SceneSpec, canvases: list[Canvas], tolerance: Tolerance | None) -> Goal:

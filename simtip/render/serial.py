@@ -28,8 +28,8 @@ from simtip.render.board import Board
 from simtip.render.engine import mi
 from simtip.render.noise import Noise
 from simtip.render.progress import Tally
+from simtip.render.stock import stock_scene
 from simtip.render.view import Progress, Tolerance, View
-from simtip.render.world import stock_scene
 from simtip.seeding import seed32
 from simtip.spec import PointLamp, SceneSpec
 

@@ -52,14 +52,6 @@ def without_lamps(world: World, backdrop: Backdrop, ray: Vec, si: Vec) -> tuple[
     return shares, dr.select(matt, printed, 0)
 
 
-def metal(
-    world: World, backdrop: Backdrop, ray: Vec, si: Vec, points: Points, active: Vec
-) -> list[Vec]:
-    """Give the radiance that the needle mirrors."""
-    si = world.brushed(si, ray)
-    return reflected(world, backdrop, world.metal, si, points, points.lobe(), active)
-
-
 def reflected(
     world: World,
     backdrop: Backdrop,
@@ -152,11 +144,11 @@ def glossy(world: World, backdrop: Backdrop, si: Vec, points: Points, active: Ve
 def radiance(
     world: World, backdrop: Backdrop, ray: Vec, points: Points
 ) -> tuple[list[Vec], Vec, Vec]:
-    """Give radiance per group (ambient last), and whether rays meet the needle, or clutter."""
+    """Give radiance per group (ambient last), and whether rays meet the subject, or clutter."""
     si = world.scene.ray_intersect(ray)
-    needle = si.is_valid() & (si.instance == world.needle)
+    subject = world.subject.met(si)
     shares, printed = without_lamps(world, backdrop, ray, si)
-    for k, share in enumerate(metal(world, backdrop, ray, si, points, needle)):
+    for k, share in enumerate(world.subject.radiance(world, backdrop, ray, si, points, subject)):
         shares[k] += share
     if world.clutter:
         dull = on_clutter((thing for thing in world.clutter if not thing.glossy), si)
@@ -171,7 +163,7 @@ def radiance(
     for k, lamp in enumerate(world.lamps):
         for hit, _ in lamp.hits(si, ray):
             shares[k] += dr.select(hit, mi.Color3f(1), 0)
-    return shares, dr.select(needle, mi.Float(1), 0), printed
+    return shares, dr.select(subject, mi.Float(1), 0), printed
 
 
 def power_heuristic(pdf: Vec, other: Vec) -> Vec:

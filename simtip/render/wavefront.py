@@ -36,8 +36,12 @@ def render_pixels(
     goal: Goal,
     seed: int,
     tally: Tally,
+    blur_px: float,
 ) -> Estimates:
-    """Estimate pixels in full: needle, clutter, lamps and all that lies behind."""
+    """Estimate pixels in full: subject, clutter, lamps and all that lies behind.
+
+    `blur_px` is how far the blur may reach.
+    """
 
     def tracer(pixel: Any, points: Points) -> list[Any]:
         ray = eye.sample_rays(pixel, points)
@@ -45,7 +49,8 @@ def render_pixels(
         return [*(channel for share in shares for channel in share), needle, clutter]
 
     layout = Layout(eye.columns, backdrop.groups)
-    return estimate(tracer, pixels, layout, goal, seed, tally)
+    plain = world.subject.plain(eye, pixels, blur_px)
+    return estimate(tracer, pixels, layout, goal, seed, tally, plain)
 
 
 def render_open(
@@ -112,7 +117,7 @@ def first_hits(world: World, plane: Plane, eye: Eye, pixels: int) -> FirstHits:
         hit = world.scene.ray_intersect(ray)
         # One ray in a thousand slips between two of the needle's thin triangles and meets its far
         # wall from inside; a hair's breadth beside it another does not.
-        inside = hit.is_valid() & (hit.instance == world.needle) & (dr.dot(hit.n, ray.d) > 0)
+        inside = world.subject.slipped(hit, ray)
         beside = eye.chief_rays(number, mi.Point2f(0.5 + NUDGE_PX, 0.5 + NUDGE_PX))
         t = dr.select(inside, world.scene.ray_intersect_preliminary(beside, inside).t, hit.t)
         z = dr.select(hit.is_valid(), t * dr.dot(ray.d, eye.axes[2]), dr.inf)

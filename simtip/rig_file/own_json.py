@@ -18,7 +18,7 @@ FORMAT = "simtip-rig"
 VERSION = 1
 
 CONVENTIONS = {
-    "pose": "p_right = R p_left + T_mm, OpenCV's: from left to right camera coordinates",
+    "pose": "p_left = R p_right + T_mm, from right to left: the inverse of OpenCV's",
     "camera": "x right, y down, z forward; lengths in mm",
     "pixel": "(0, 0) is the centre of the top-left pixel",
     "K": "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]], px",
@@ -50,13 +50,13 @@ def rig_from_json(document: Document) -> StereoRig:
             remedy="update simtip, or write the rig again",
         )
     left, right = (_camera(root, side) for side in ("left", "right"))
-    R = rotation(root.child("R"), root.child("R").rows((3, 3)), "give the R of cv2.stereoCalibrate")
+    R = rotation(root.child("R"), root.child("R").rows((3, 3)), "give R^T of cv2.stereoCalibrate's R")
     T = root.child("T_mm")
     t = T.numbers()
     if t.shape != (3,):
         raise T.error(f"has {t.size} numbers", remedy="give 3, mm")
     check_baseline(T, t)
-    return StereoRig(left, right, Pose(R, t).inverse())
+    return StereoRig(left, right, Pose(R, t))
 
 
 def _camera(root: Field, side: str) -> Camera:
@@ -69,7 +69,6 @@ def _camera(root: Field, side: str) -> Camera:
 
 def json_text(rig: StereoRig) -> str:
     """Write a rig as simtip's own JSON."""
-    T_rl = rig.T_lr.inverse()
     contents: dict[str, Any] = {"format": FORMAT, "version": VERSION, "conventions": CONVENTIONS}
     for side, camera in (("left", rig.left), ("right", rig.right)):
         contents |= {
@@ -77,7 +76,7 @@ def json_text(rig: StereoRig) -> str:
             f"K_{side}": camera.K.tolist(),
             f"D_{side}": list(camera.distortion),
         }
-    contents |= {"R": T_rl.R.tolist(), "T_mm": np.asarray(T_rl.t).tolist()}
+    contents |= {"R": rig.T_lr.R.tolist(), "T_mm": np.asarray(rig.T_lr.t).tolist()}
     # One line for each key: neither one long line nor one line for each number.
     lines = (f"  {json.dumps(key)}: {_value_text(value)}" for key, value in contents.items())
     return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -17,6 +17,7 @@ from pydantic import (
 from simtip.errors import InputError
 from simtip.spec.background import BackgroundSpec
 from simtip.spec.base import Part, Positive
+from simtip.spec.boards import BoardsSpec
 from simtip.spec.clutter import ClutterSpec
 from simtip.spec.lamps import LampSpec
 from simtip.spec.light import AmbientSpec
@@ -120,6 +121,7 @@ class SceneSpec(Part):
     detect: DetectSpec = DetectSpec()
     match: MatchSpec = MatchSpec()
     triangulate: TriangulateSpec = TriangulateSpec()
+    boards: BoardsSpec = BoardsSpec()
 
     @field_validator("lamps")
     @classmethod

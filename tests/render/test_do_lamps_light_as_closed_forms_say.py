@@ -31,10 +31,11 @@ def on_board(spec: SceneSpec, st: list[tuple[float, float]]) -> np.ndarray:
     """Irradiance / pi per unit radiance (points, lamps) at board points."""
     with activated(choose()):
         from simtip.render.illuminator import Illuminator
+        from simtip.render.needle_subject import NeedleSubject
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
-        world = load_world(spec, 1)
+        world = load_world(spec, 1, NeedleSubject(spec))
         light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
         found, _ = light.lamps(np.array(st, float), 4096, 1, Tally(None))
     return found[:, :-1].astype(float)
@@ -179,10 +180,11 @@ def test_a_tubes_light_has_no_spots(scene):
     st = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     with activated(choose()):
         from simtip.render.illuminator import Illuminator
+        from simtip.render.needle_subject import NeedleSubject
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
-        world = load_world(spec, 1)
+        world = load_world(spec, 1, NeedleSubject(spec))
         light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
         found = light.lamps(st, 16, 3, Tally(None))[0][:, 0].astype(float)
     s, t = st.T / 100

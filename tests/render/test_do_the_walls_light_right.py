@@ -137,10 +137,11 @@ def test_the_board_gets_one_bounce_of_every_wall(scene):
     places = np.array([[0.0, 0.0], [300.0, -250.0], [-350.0, 200.0]])
     with activated(choose()):
         from simtip.render.illuminator import Illuminator
+        from simtip.render.needle_subject import NeedleSubject
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
-        world = load_world(spec, 1)
+        world = load_world(spec, 1, NeedleSubject(spec))
         light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
         found = light.open_room(places, 8192, 1, Tally(None))
         board = world.board.points(places)

@@ -41,9 +41,9 @@ def perfect_mirror(monkeypatch):
         )
 
     with activated(choose()):
-        from simtip.render import world
+        from simtip.render import needle_subject
 
-        monkeypatch.setattr(world, "metal_bsdf", build)
+        monkeypatch.setattr(needle_subject, "metal_bsdf", build)
         yield
 
 

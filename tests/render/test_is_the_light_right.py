@@ -36,10 +36,11 @@ def test_a_tube_lights_the_board_as_the_integral_says(scene):
     assert all(lamp.direction == (1, 0, 0) for lamp in scene.lamps)
     with activated(choose()):
         from simtip.render.illuminator import Illuminator
+        from simtip.render.needle_subject import NeedleSubject
         from simtip.render.progress import Tally
         from simtip.render.world import load_world
 
-        world = load_world(scene, 1)
+        world = load_world(scene, 1, NeedleSubject(scene))
         light = Illuminator(world.scene, world.lamps, world.surround, world.board, 50.0)
         found, shadowed = light.lamps(OPEN_POINTS_MM, 16384, 1, Tally(None))
     assert not shadowed.any()

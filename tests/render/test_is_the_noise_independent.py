@@ -65,10 +65,11 @@ def test_two_cameras_share_no_samples(scene):
 def stage(scene):
     """The active back end, the loaded world and the left camera, cut down."""
     with activated(choose()):
+        from simtip.render.needle_subject import NeedleSubject
         from simtip.render.world import load_world
 
         spec = with_roi(scene, ROI, ROI)
-        yield load_world(spec, 1), spec.rig.rig().left
+        yield load_world(spec, 1, NeedleSubject(spec)), spec.rig.rig().left
 
 
 def sloping_backdrop(world):

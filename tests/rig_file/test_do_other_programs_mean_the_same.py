@@ -304,8 +304,8 @@ def test_the_json_says_it_in_plain_keys(tmp_path):
     assert rig["K_left"] == K_LEFT.tolist()
     assert rig["D_right"] == RIGHT_D.tolist()
     assert (rig["size_left"], rig["size_right"]) == (list(SIZE), [640, 480])
-    np.testing.assert_allclose(rig["R"], R, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(rig["T_mm"], T_MM, rtol=1e-13)
+    np.testing.assert_allclose(rig["R"], np.transpose(R), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(rig["T_mm"], -np.transpose(R) @ T_MM, rtol=1e-13)
     # More keys, such as a calibration's statistics, do no harm.
     (tmp_path / "more.json").write_text(json.dumps(rig | {"rms_px": {"left": 0.05}}))
     assert_same_rig(read_rig(tmp_path / "more.json"), paper_like(5, right_size=(640, 480)))

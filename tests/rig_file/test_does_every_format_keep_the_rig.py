@@ -80,7 +80,8 @@ def test_the_files_state_their_convention_and_units(tmp_path, form):
     write_rig(tmp_path / NAMES[form], paper_like(), form)
     for file in rig_files(tmp_path / NAMES[form], form):
         text = file.read_text()
-        assert "p_right = R p_left + T" in text
+        pose = "p_left = R p_right + T_mm" if form == "json" else "p_right = R p_left + T"
+        assert pose in text
         assert ("METRES" if form in {"ros", "kalibr"} else "in mm") in text
         assert "x right, y down, z forward" in text
         assert "(0, 0) is the centre of the" in text

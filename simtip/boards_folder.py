@@ -1,0 +1,134 @@
+"""A folder of calibration images that fills up view by view, and can be filled up later.
+
+``truth.json``, ``rig_true.yaml`` and ``scene.yaml`` are there from the start; each image appears
+whole or not at all. Which images are there is all the state there is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from simtip.boards import BoardSet, picture_board
+from simtip.errors import InputError
+from simtip.image_file import write_png
+from simtip.input_file import read_bytes
+from simtip.output_folder import PREFIX, OutputFolder, write_atomically
+from simtip.render import Backend
+from simtip.result_folder import backend_facts, environment
+from simtip.rig_file import rig_text
+from simtip.scene_file import dump_scene
+
+TRUTH = "truth.json"
+MAX_TRUTH_BYTES = 1 << 30
+
+Report = Callable[[float], None]
+
+
+def fill_folder(
+    folder: Path, boards: BoardSet, *, backend: Backend, progress: Report
+) -> tuple[int, int]:
+    """Render all views that a folder lacks.
+
+    Parameters
+    ----------
+    folder
+        New or empty, or one that this function began with the same set.
+    boards
+        The set.
+    backend
+        What renders.
+    progress
+        Called with the fraction of all views done.
+
+    Returns
+    -------
+    rendered, found
+        How many views were rendered, and how many were there already.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    """
+    _begin(folder, boards, backend)
+    names = [boards.name(k) for k in range(len(boards.poses))]
+    missing = [k for k, name in enumerate(names) if not all(map(Path.is_file, _pair(folder, name)))]
+    done = len(names) - len(missing)
+    for count, k in enumerate(missing):
+        before = done + count
+
+        def report(part: float, before: int = before) -> None:
+            progress((before + part) / len(names))
+
+        images = picture_board(boards, k, backend=backend, progress=report)
+        for path, image in zip(_pair(folder, names[k]), images, strict=True):
+            write_png(path, image)
+        progress((before + 1) / len(names))
+    return len(missing), done
+
+
+def check_folder(folder: Path, boards: BoardSet) -> None:
+    """Refuse early a folder that `fill_folder` would refuse.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    """
+    if not (folder / TRUTH).is_file():
+        OutputFolder(folder).check()
+        return
+    wanted = digest(boards)
+    if _digest_in(folder / TRUTH) != wanted:
+        raise InputError(
+            "holds calibration images of another scene, target, seed or number of views",
+            file=folder,
+            remedy="name another folder",
+        )
+
+
+def digest(boards: BoardSet) -> str:
+    """Give the SHA-256, in hexadecimal, of all that decides the images."""
+    inputs = {
+        "seed": boards.seed,
+        "scene": boards.spec.model_dump(mode="json", exclude={"name", "seed", "detect", "match"}),
+        "truth": boards.truth(),
+    }
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _begin(folder: Path, boards: BoardSet, backend: Backend) -> None:
+    check_folder(folder, boards)
+    if (folder / TRUTH).is_file():
+        for left_over in folder.glob(f"{PREFIX}*"):
+            left_over.unlink(missing_ok=True)  # of a run that was killed while writing
+        return
+    truth = {
+        "inputs_sha256": digest(boards),
+        "seed": boards.seed,
+        **boards.truth(),
+        "rig": json.loads(rig_text(boards.spec.rig.rig(), "json")),
+        "made_by": {**environment(), "backend": backend_facts(backend)},
+    }
+    scene = boards.spec.model_copy(update={"seed": boards.seed})
+    with OutputFolder(folder) as new:
+        (new / "scene.yaml").write_text(dump_scene(scene), encoding="utf-8")
+        (new / "rig_true.yaml").write_text(rig_text(boards.spec.rig.rig()), encoding="utf-8")
+        text = json.dumps(truth, indent=1, allow_nan=False) + "\n"
+        write_atomically(new / TRUTH, text.encode())
+
+
+def _pair(folder: Path, name: str) -> tuple[Path, Path]:
+    return folder / f"left_{name}.png", folder / f"right_{name}.png"
+
+
+def _digest_in(path: Path) -> str | None:
+    try:
+        found: Any = json.loads(read_bytes(path, MAX_TRUTH_BYTES))
+    except (ValueError, RecursionError):
+        return None
+    return str(found.get("inputs_sha256")) if isinstance(found, dict) else None
