@@ -31,11 +31,12 @@ def light_inputs(spec: SceneSpec) -> dict[str, Any]:
     """Give the part of a scene that its light groups depend on, as plain data.
 
     Powers, colours and ballasts of the lamps, the ambient level, the sensor but for its spectral
-    response, what the lens does after the aperture, and detection are not in it. Noise asked for
+    response, what the lens does after the aperture, the rig that measures, and detection are not in
+    it. Noise asked for
     is not either: it decides how long rendering takes, not what is rendered.
     """
     data = spec.model_dump(mode="json")
-    rig = data["rig"]
+    rig = _without(data["rig"], {"measured"})
     for side in ("left", "right"):
         lens = _without(rig[side]["lens"], MIXED["lens"])
         if lens["focus_mm"] is None:  # a pinhole: its aperture only scales the light

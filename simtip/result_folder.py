@@ -19,6 +19,7 @@ from simtip.clutter import objects, objects_truth
 from simtip.errors import InputError
 from simtip.image_file import write_png
 from simtip.light_file import Lights, lights_name, write_lights
+from simtip.measuring_rig import measuring_rig
 from simtip.noise_budget import noise_summary
 from simtip.output_folder import OutputFolder
 from simtip.overlay import draw_view, side_by_side
@@ -39,6 +40,8 @@ PACKAGES = (
     "opencv-python-headless",
     "trimesh",
 )
+
+MEASURED = "rig_measured.yaml"
 
 UNWRITABLE_REMEDY = "free some space or name another output folder"
 
@@ -132,6 +135,10 @@ def write_simulation(
     _write_json(folder / "truth.json", _truth(simulation))
     # The light's seed: a scene rendered again from here has the same clutter.
     resolved = simulation.spec.model_copy(update={"seed": simulation.light_seed})
+    if resolved.rig.measured is not None:  # the folder is complete, wherever it goes
+        write_rig(folder / MEASURED, measuring_rig(resolved))
+        rig = resolved.rig.model_copy(update={"measured": MEASURED})
+        resolved = resolved.model_copy(update={"rig": rig})
     (folder / "scene.yaml").write_text(dump_scene(resolved), encoding="utf-8")
     write_rig(folder / "rig_true.yaml", simulation.truth.rig)
 

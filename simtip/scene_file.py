@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from pydantic import ValidationError
@@ -14,7 +15,6 @@ from simtip.spec import SceneSpec
 from simtip.yaml_file import Document, FieldPath, Yaml, dump_yaml, load_yaml, shown, undotted
 
 if TYPE_CHECKING:
-    from pathlib import Path
 
     from simtip.errors import InputError
 
@@ -97,7 +97,15 @@ def read_scene(path: str | Path) -> SceneFile:
         raise document.error(
             f"has a value beyond arithmetic ({error})", remedy="look for a tiny or huge number"
         ) from error
-    return SceneFile(spec, document)
+    return SceneFile(_beside(Path(path), spec), document)
+
+
+def _beside(path: Path, spec: SceneSpec) -> SceneSpec:
+    """Let the file that a scene names count from the scene's folder."""
+    if spec.rig.measured is None:
+        return spec
+    measured = str(path.absolute().parent / spec.rig.measured)
+    return spec.model_copy(update={"rig": spec.rig.model_copy(update={"measured": measured})})
 
 
 def dump_scene(spec: SceneSpec) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from simtip.detect import ConfiguredDetector, configure, parameters_of
 from simtip.measure import Measurement, measure_pair
+from simtip.measuring_rig import measuring_rig
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, score_tip
 from simtip.simulation import Simulation, simulate
@@ -35,6 +36,7 @@ class Trial:
             "seed": simulation.seed,
             "backend": simulation.backend.variant,
             "detector": simulation.spec.detect.name,
+            "rig_measured": simulation.spec.rig.measured,
             **measured,
             "tip_true_mm": truth.tip_mm.tolist(),
             "error_mm": point
@@ -93,14 +95,16 @@ def run_trial(
 
     `detector` is any callable from an image to a `TipObservation`, in place of the scene's own. The
     other parameters and errors are those of `simtip.simulation.simulate` and `detector_of`. A tip
-    that is not found is no error but a result with its reason.
+    that is not found is no error but a result with its reason. The images are measured with the rig
+    that `rig.measured` names, if it names one; the error is still that against the truth.
     """
     detector = detector or detector_of(spec)
+    rig = measuring_rig(spec)
     simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
     truth = simulation.truth
     measurement = measure_pair(
         *simulation.images,
-        truth.rig,
+        rig,
         detector,
         max_distance_px=spec.match.max_distance_px,
         method=spec.triangulate.method,

@@ -236,6 +236,17 @@ class RigSpec(Part):
         Matrix3, Field(description="Right to left rotation, rows; made orthonormal by SVD.")
     ]
     t_mm: Annotated[Vector3, Field(description="Right camera's centre in the left frame, mm.")]
+    measured: Annotated[
+        str | None,
+        Field(
+            min_length=1,
+            max_length=4096,
+            description=(
+                "File of another rig that measures, e.g. a calibration's; this one renders. "
+                "Relative to the scene file. null: this one measures, too."
+            ),
+        ),
+    ] = None
 
     @field_validator("R")
     @classmethod

@@ -277,7 +277,7 @@ ARGUMENTS = {
     "no left image": Bad("none.png: no such file", "check the path", argv=at(3, "none.png")),
     "no right image": Bad("none.png: no such file", "check the path", argv=at(4, "none.png")),
     "folder for a scene": Bad("folder: is a folder", "name a file", argv=("run", "folder")),
-    "folder for a rig": Bad("folder: is a folder", "name a file", argv=at(2, "folder")),
+    "folder for a rig": Bad("folder: is a folder", "or a file", argv=at(2, "folder")),
     "folder for an image": Bad("folder: is a folder", "name a file", argv=at(3, "folder")),
     "pipe for a scene": Bad("pipe: is not a regular file", "disk", argv=("run", "pipe")),
     "codes in a name": Bad(r"\x1b[2J.yaml: no such file", "", argv=("run", "\x1b[2J.yaml")),
@@ -359,10 +359,16 @@ ARGUMENTS = {
         "full/keep/out: cannot be written", "another", argv=at(3, "full/keep/out", RUN)
     ),
     "output with too long a name": Bad("x" * 300, "another", argv=at(3, "x" * 300, RUN)),
-    "rig file exists": Bad("full/keep: exists", "", argv=("rig", "scene.yaml", "-o", "full/keep")),
-    "rig file is a folder": Bad("full: ", "another", argv=("rig", "scene.yaml", "-o", "full")),
+    "rig file exists": Bad(
+        "scene.yaml: exists", "", argv=("rig", "scene.yaml", "-o", "scene.yaml")
+    ),
+    "rig file is a folder": Bad(
+        "full: ", "name the format", argv=("rig", "scene.yaml", "-o", "full")
+    ),
     "rig file nowhere": Bad(
-        "nowhere/rig.yaml: cannot", "another", argv=("rig", "scene.yaml", "-o", "nowhere/rig.yaml")
+        "nowhere/rig.yaml: its folder",
+        "make the folder",
+        argv=("rig", "scene.yaml", "-o", "nowhere/rig.yaml"),
     ),
 }
 

@@ -170,7 +170,8 @@ def test_the_picture_has_that_light_where_its_rays_meet_the_board(scene, crop):
         found = view.response[0]
         np.testing.assert_allclose((found / expected).mean(axis=(0, 1)), 1, atol=2e-3)
         z = (found - expected).mean(axis=2) / view.noise.sd([1, 0])
-        assert 0.5 < np.sqrt((z**2).mean()) < 1.15
+        # Some 50 of the map's points are seen: the root mean square itself scatters by 0.1.
+        assert 0.65 < np.sqrt((z**2).mean()) < 1.35
 
 
 def test_a_tubes_light_has_no_spots(scene):

@@ -99,6 +99,7 @@ def through_pixels(world, camera: Camera, seed: int) -> np.ndarray:
         goal,
         seed,
         Tally(None),
+        0.0,
     )
     return found.response[:, 0, 1]
 

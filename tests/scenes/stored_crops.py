@@ -68,6 +68,7 @@ def identity(spec: SceneSpec) -> str:
     """All of a scene that its light depends on, as text."""
     parts = {"rig", "needle", "background", "clutter", "lamps", "ambient", "room", "seed"}
     data = spec.model_dump(mode="json", include=parts)
+    del data["rig"]["measured"]
     light = {"exposure_s", "row_time_s", "start_s", "spectral_response", "wavelength_nm"}
     data["sensor"] = spec.sensor.model_dump(mode="json", include=light)
     if not any(lamp.ballast.ripples for lamp in spec.lamps):

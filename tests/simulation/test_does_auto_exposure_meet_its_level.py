@@ -23,7 +23,7 @@ from simtip.exposure import (
 from simtip.flicker import relative_output
 from simtip.seeding import stream
 from simtip.sensor import UNIFORM, expose
-from simtip.simulation import Simulation, _Light, simulate
+from simtip.simulation import Simulation, _Light, _open_background, simulate
 from simtip.spec import SceneSpec, SensorSpec
 
 GENERIC = {"preset": "generic_3um2"}
@@ -131,7 +131,7 @@ def test_neither_needle_nor_clutter_is_background(scene):
     radiance = np.ones((8, 8, 3), np.float32)
     radiance[6:] = 5
     view = SimpleNamespace(coverage=coverage, clutter=clutter, radiance=lambda _: radiance)
-    light = _Light(scene, (view, view)).backgrounds(scene.sensor)
+    light = _Light(scene, (view, view), _open_background).backgrounds(scene.sensor)
     np.testing.assert_allclose(light, 5 * np.pi / 4 / 1.4**2, rtol=1e-6)
 
 
