@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,14 +17,20 @@ from simtip.boards import BoardSet, picture_board
 from simtip.errors import InputError
 from simtip.image_file import write_png
 from simtip.input_file import read_bytes
-from simtip.output_folder import PREFIX, OutputFolder, write_atomically
-from simtip.render import Backend
-from simtip.result_folder import backend_facts, environment
+from simtip.output_folder import PREFIX, OutputFolder, result_folder
+from simtip.provenance import backend_facts, environment
+from simtip.render import Backend, require_boards
 from simtip.rig_file import rig_text
 from simtip.scene_file import dump_scene
 
 TRUTH = "truth.json"
 MAX_TRUTH_BYTES = 1 << 30
+
+PNG_END = b"IEND\xaeB`\x82"
+"""Name and check sum of every PNG's last chunk, which is empty."""
+
+IRRELEVANT = {"name", "seed", "detect", "match", "triangulate"}
+"""Parts of a scene that no image of a board depends on."""
 
 Report = Callable[[float], None]
 
@@ -52,11 +59,12 @@ def fill_folder(
     Raises
     ------
     InputError
-        The folder holds something else, or cannot be written.
+        The folder holds something else, or cannot be written; or the back end renders no boards.
     """
+    require_boards(backend)
     _begin(folder, boards, backend)
     names = [boards.name(k) for k in range(len(boards.poses))]
-    missing = [k for k, name in enumerate(names) if not all(map(Path.is_file, _pair(folder, name)))]
+    missing = [k for k, name in enumerate(names) if not all(map(_is_whole, _pair(folder, name)))]
     done = len(names) - len(missing)
     for count, k in enumerate(missing):
         before = done + count
@@ -82,20 +90,21 @@ def check_folder(folder: Path, boards: BoardSet) -> None:
     if not (folder / TRUTH).is_file():
         OutputFolder(folder).check()
         return
-    wanted = digest(boards)
-    if _digest_in(folder / TRUTH) != wanted:
-        raise InputError(
-            "holds calibration images of another scene, target, seed or number of views",
-            file=folder,
-            remedy="name another folder",
-        )
+    found = _digest_in(folder / TRUTH)
+    if found != digest(boards):
+        what = "something else than calibration images"
+        if found is not None:
+            what = "calibration images of another scene, target, seed or number of views"
+        raise InputError(f"holds {what}", file=folder, remedy="name another folder")
 
 
 def digest(boards: BoardSet) -> str:
     """Give the SHA-256, in hexadecimal, of all that decides the images."""
+    scene = boards.spec.model_dump(mode="json", exclude=IRRELEVANT)
+    del scene["rig"]["measured"]
     inputs = {
         "seed": boards.seed,
-        "scene": boards.spec.model_dump(mode="json", exclude={"name", "seed", "detect", "match"}),
+        "scene": scene,
         "truth": boards.truth(),
     }
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
@@ -114,16 +123,27 @@ def _begin(folder: Path, boards: BoardSet, backend: Backend) -> None:
         "rig": json.loads(rig_text(boards.spec.rig.rig(), "json")),
         "made_by": {**environment(), "backend": backend_facts(backend)},
     }
-    scene = boards.spec.model_copy(update={"seed": boards.seed})
-    with OutputFolder(folder) as new:
+    rig = boards.spec.rig.model_copy(update={"measured": None})  # nothing is measured here
+    scene = boards.spec.model_copy(update={"seed": boards.seed, "rig": rig})
+    with result_folder(folder) as new:
         (new / "scene.yaml").write_text(dump_scene(scene), encoding="utf-8")
         (new / "rig_true.yaml").write_text(rig_text(boards.spec.rig.rig()), encoding="utf-8")
         text = json.dumps(truth, indent=1, allow_nan=False) + "\n"
-        write_atomically(new / TRUTH, text.encode())
+        (new / TRUTH).write_text(text, encoding="utf-8")
 
 
 def _pair(folder: Path, name: str) -> tuple[Path, Path]:
     return folder / f"left_{name}.png", folder / f"right_{name}.png"
+
+
+def _is_whole(image: Path) -> bool:
+    """Say whether a PNG is there to its last byte: copying or a power failure may cut it short."""
+    try:
+        with image.open("rb") as stream:
+            stream.seek(-len(PNG_END), os.SEEK_END)
+            return stream.read() == PNG_END
+    except OSError:
+        return False
 
 
 def _digest_in(path: Path) -> str | None:
@@ -131,4 +151,5 @@ def _digest_in(path: Path) -> str | None:
         found: Any = json.loads(read_bytes(path, MAX_TRUTH_BYTES))
     except (ValueError, RecursionError):
         return None
-    return str(found.get("inputs_sha256")) if isinstance(found, dict) else None
+    digest_there = found.get("inputs_sha256") if isinstance(found, dict) else None
+    return digest_there if isinstance(digest_there, str) else None

@@ -15,7 +15,7 @@ import typer
 from simtip.detect import configure
 from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError, SimtipError
-from simtip.rig_file import Format
+from simtip.rig_file import Format, rig_files
 from simtip.scene_file import SceneFile, read_scene, scene_schema
 from simtip.seeding import SEED_LIMIT
 from simtip.triangulate import Method
@@ -117,9 +117,9 @@ def run(
 ) -> None:
     """Render a scene, measure the needle tip, score it against the truth."""
     from simtip.console import progress_bar, show_result
-    from simtip.output_folder import OutputFolder
+    from simtip.output_folder import OutputFolder, result_folder
     from simtip.render import choose
-    from simtip.result_folder import result_folder, write_manifest, write_simulation, write_trial
+    from simtip.result_folder import write_manifest, write_simulation, write_trial
     from simtip.trial import run_trial
 
     source = read_scene(scene)
@@ -160,12 +160,14 @@ def render(
 ) -> None:
     """Render a scene's images and write its truth, without measuring."""
     from simtip.console import progress_bar
-    from simtip.output_folder import OutputFolder
+    from simtip.measuring_rig import measuring_rig
+    from simtip.output_folder import OutputFolder, result_folder
     from simtip.render import choose
-    from simtip.result_folder import result_folder, write_manifest, write_simulation
+    from simtip.result_folder import write_manifest, write_simulation
     from simtip.simulation import simulate
 
     source = read_scene(scene)
+    measuring_rig(source.spec)  # the folder will hold it, too: refused before long work
     OutputFolder(out).check()
     chosen = choose(backend)
     with located(source), progress_bar("rendering") as progress:
@@ -199,9 +201,9 @@ def remix(
     as_json: JsonOption = False,
 ) -> None:
     """Make new images from rendered light, without rendering again."""
-    from simtip.output_folder import OutputFolder
+    from simtip.output_folder import OutputFolder, result_folder
     from simtip.remix import remix as mixed
-    from simtip.result_folder import result_folder, write_manifest, write_simulation
+    from simtip.result_folder import write_manifest, write_simulation
 
     source = None if scene is None else read_scene(scene)
     OutputFolder(out).check()
@@ -290,15 +292,13 @@ def rig(
     ] = None,
 ) -> None:
     """Export a scene's true rig in OpenCV's, ROS's, Kalibr's or simtip's JSON form."""
-    from simtip.rig_file import rig_files, rig_text, write_rig
+    from simtip.rig_file import rig_text, write_rig
 
     cameras = read_scene(scene).spec.rig.rig()
     if out is None:
         _say(rig_text(cameras, form or "opencv").rstrip("\n"))
         return
-    for file in rig_files(out, form):
-        if file.exists():  # it may be somebody's calibration
-            raise InputError("exists", file=file, remedy="name another file or remove this one")
+    _require_new(out, form)
     write_rig(out, cameras, form)
 
 
@@ -357,6 +357,80 @@ def boards(
 
 
 @app.command()
+def calibrate(
+    images: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="DIR | LEFT RIGHT",
+            help="Folder with left*, right* images, or a quoted pattern for each camera.",
+        ),
+    ],
+    target: Annotated[
+        str,
+        typer.Option("--target", metavar="TARGET", help="E.g. chessboard:11x8:6 (inner corners)."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FILE", help="New file for the rig.")
+    ] = None,
+    form: Annotated[
+        Format | None,
+        typer.Option("--format", help="Of that file; by default what its ending says."),
+    ] = None,
+    model: Annotated[
+        str,
+        typer.Option(
+            "--model", metavar="NAME", help="Distortion: none, radial2, opencv5, rational, auto."
+        ),
+    ] = "opencv5",
+    truth: Annotated[
+        Path | None,
+        typer.Option("--truth", metavar="FILE", help="truth.json of `simtip boards`: errors, too."),
+    ] = None,
+    plots: Annotated[
+        Path | None,
+        typer.Option("--plots", metavar="DIR", help="New or empty folder for pictures."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Calibrate a stereo rig from images of a target, simtip's or any."""
+    from simtip.calibrate.lens_model import lens_model
+    from simtip.calibration_console import show_calibration
+    from simtip.calibration_images import calibrate_images, read_board_truth
+    from simtip.console import progress_bar
+    from simtip.output_folder import OutputFolder
+    from simtip.rig_file import write_rig
+    from simtip.target import parse_target
+
+    with _as_option("--target"):
+        wanted = parse_target(target)
+    with _as_option("--model"):
+        lens_model(model)
+    if out is not None:
+        _require_new(out, form)
+    if plots is not None:
+        OutputFolder(plots).check()
+    known = None if truth is None else read_board_truth(truth)
+    with progress_bar("finding the target") as progress:
+        outcome = calibrate_images(images, wanted, model=model, truth=known, report=progress)
+    result = outcome.to_dict()
+    if plots is not None:
+        from simtip.report.calibration import calibration_plots
+
+        with OutputFolder(plots) as folder:
+            for name, picture in calibration_plots(outcome).items():
+                (folder / name).write_bytes(picture)
+    if out is not None:
+        write_rig(out, outcome.calibration.rig, form)
+    if as_json:
+        _print_json(result)
+        return
+    with _to_stdout():
+        show_calibration(result)
+    _say_where(out, "the rig")
+    _say_where(plots, "pictures")
+
+
+@app.command()
 def camera(
     scene: SceneArgument,
     side: Annotated[
@@ -393,7 +467,7 @@ def doctor(backend: BackendOption = None, as_json: JsonOption = False) -> None:
     """Say which renderers work on this machine, which is used, and how to mend the rest."""
     from simtip.console import show_diagnosis
     from simtip.doctor import diagnose
-    from simtip.result_folder import environment
+    from simtip.provenance import environment
 
     diagnosis = diagnose(backend)
     if as_json:
@@ -447,6 +521,15 @@ def _as_option(option: str) -> Iterator[None]:
         raise InputError(
             error.problem, file=error.file, field=option, remedy=error.remedy
         ) from error
+
+
+def _require_new(out: Path, form: Format | None) -> None:
+    """Refuse a rig file that exists: it may be somebody's calibration."""
+    for file in rig_files(out, form):
+        if file.exists():
+            raise InputError("exists", file=file, remedy="name another file or remove this one")
+        if not file.parent.is_dir() and file.parent != out:
+            raise InputError("its folder does not exist", file=file, remedy="make the folder first")
 
 
 def _say_where(out: Path | None, what: str) -> None:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simtip.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import TracebackType
+
+UNWRITABLE_REMEDY = "free some space or name another output folder"
 
 PREFIX = ".simtip-"
 """Temporary files and folders begin with this, beside the place they are meant for."""
@@ -139,6 +143,37 @@ class OutputFolder:
             except OSError:
                 break  # someone else uses it by now
         self._made = []
+
+
+@contextmanager
+def result_folder(path: str | Path) -> Iterator[Path]:
+    """Give a folder to write results into, which appears whole or not at all.
+
+    Parameters
+    ----------
+    path
+        See `OutputFolder`.
+
+    Raises
+    ------
+    InputError
+        The folder, or something in it, cannot be written: the disk is full, for example.
+    """
+    folder = None
+    try:
+        with OutputFolder(path) as folder:
+            yield folder
+    except InputError as error:
+        # Nobody knows the temporary folder's name.
+        if folder is None or error.file is None or not Path(error.file).is_relative_to(folder):
+            raise
+        inside = Path(path) / Path(error.file).relative_to(folder)
+        raise InputError(error.problem, file=inside, remedy=UNWRITABLE_REMEDY) from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be written ({reason})", file=path, remedy=UNWRITABLE_REMEDY
+        ) from error
 
 
 def write_atomically(path: str | Path, data: bytes) -> None:

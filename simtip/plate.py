@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from simtip.geometry import Array
 from simtip.target import Target
 
-FACET_MM = 2.0
-"""Facets of a bent plate: 0.2 um off where it is bent by 0.5 mm over 50 mm."""
+FLAT_MM = 2e-4
+"""How far the facets of a bent plate may be off it."""
+MOST_FACETS = 500
+"""Along a side."""
 
 Faces = NDArray[np.int64]
 
@@ -100,8 +102,10 @@ class Plate:
 
     def front(self) -> tuple[Array, Faces]:
         """Give the printed side as a mesh: vertices (n, 3) mm and faces (m, 3), towards -z."""
-        bent = self.bow_mm != 0
-        counts = np.ceil((self.high - self.low) / FACET_MM).astype(int) if bent else (1, 1)
+        size = self.high - self.low
+        # A chord of length d under curvature k is off by k d^2 / 8, and there are two directions.
+        curvature = 2 * abs(self.bow_mm) / ((size / 2) ** 2).sum()
+        counts = np.ceil(size * np.sqrt(curvature / (4 * FLAT_MM))).clip(1, MOST_FACETS)
         xs, ys = (
             np.linspace(low, high, int(count) + 1)
             for low, high, count in zip(self.low, self.high, counts, strict=True)

@@ -98,6 +98,10 @@ class _Sampler:
         self._ground = np.array(spec.background.centre_mm)
         self._away = -unit(np.array(spec.background.normal))
         self._outline = plate.outline()
+        # Bent, some of its back may be nearer to the background than the rim.
+        places = np.stack(np.meshgrid(*np.linspace(plate.low, plate.high, 9).T), axis=-1)
+        self._back = plate.surface(places.reshape(-1, 2))
+        self._back[:, 2] += plate.thickness_mm
         self._points = plate.points
 
     def pose(self, numbers: Array) -> Pose:
@@ -118,13 +122,12 @@ class _Sampler:
 
     def fault(self, T_wt: Pose) -> str | None:
         """Say why a pose will not do; None if it will."""
-        outline = T_wt.apply(self._outline)
-        thick = outline + self._plate.thickness_mm * T_wt.R[:, 2]
-        if not (((thick - self._ground) @ self._away) < 0).all():
+        outline, back = T_wt.apply(self._outline), T_wt.apply(self._back)
+        if not (((back - self._ground) @ self._away) < 0).all():
             return "reaches into the background"
         middle = T_wt.apply(self._plate.middle)
         for name, (camera, T_cw, lens) in zip(("left", "right"), self._views, strict=True):
-            points = T_cw.apply(outline)
+            points = T_cw.apply(np.concatenate([outline, back]))
             if points[:, 2].min() < NEAREST_MM:
                 return f"is not before the {name} camera"
             if unit(T_cw.apply(middle)) @ T_cw.rotate(T_wt.R[:, 2]) < LEAST_FACING:

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-import importlib.metadata
 import json
-import platform
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,91 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.clutter import objects, objects_truth
-from simtip.errors import InputError
 from simtip.image_file import write_png
 from simtip.light_file import Lights, lights_name, write_lights
 from simtip.measuring_rig import measuring_rig
 from simtip.noise_budget import noise_summary
-from simtip.output_folder import OutputFolder
 from simtip.overlay import draw_view, side_by_side
-from simtip.render import Backend, View
+from simtip.provenance import backend_facts, environment
+from simtip.render import View
 from simtip.render.setting import clutter_setting
 from simtip.rig_file import write_rig
 from simtip.scene_file import dump_scene
 from simtip.simulation import Simulation
 from simtip.trial import Trial
-from simtip.version import __version__
-
-PACKAGES = (
-    "mitsuba",
-    "drjit",
-    "karellen-llvm-core",
-    "numpy",
-    "scipy",
-    "opencv-python-headless",
-    "trimesh",
-)
 
 MEASURED = "rig_measured.yaml"
-
-UNWRITABLE_REMEDY = "free some space or name another output folder"
-
-
-def environment() -> dict[str, Any]:
-    """Name the versions that a result depends on."""
-    versions: dict[str, str | None] = {}
-    for name in PACKAGES:
-        try:
-            versions[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            versions[name] = None
-    return {
-        "simtip": __version__,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "packages": versions,
-    }
-
-
-def backend_facts(backend: Backend) -> dict[str, Any]:
-    """Say what rendered and why it was chosen."""
-    return {
-        "name": backend.name,
-        "variant": backend.variant,
-        "reason": backend.reason,
-        "libllvm": backend.libllvm,
-    }
-
-
-@contextmanager
-def result_folder(path: str | Path) -> Iterator[Path]:
-    """Give a folder to write results into, which appears whole or not at all.
-
-    Parameters
-    ----------
-    path
-        See `simtip.output_folder.OutputFolder`.
-
-    Raises
-    ------
-    InputError
-        The folder, or something in it, cannot be written: the disk is full, for example.
-    """
-    folder = None
-    try:
-        with OutputFolder(path) as folder:
-            yield folder
-    except InputError as error:
-        # Nobody knows the temporary folder's name.
-        if folder is None or error.file is None or not Path(error.file).is_relative_to(folder):
-            raise
-        inside = Path(path) / Path(error.file).relative_to(folder)
-        raise InputError(error.problem, file=inside, remedy=UNWRITABLE_REMEDY) from error
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(
-            f"cannot be written ({reason})", file=path, remedy=UNWRITABLE_REMEDY
-        ) from error
 
 
 def write_simulation(

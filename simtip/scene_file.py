@@ -15,7 +15,6 @@ from simtip.spec import SceneSpec
 from simtip.yaml_file import Document, FieldPath, Yaml, dump_yaml, load_yaml, shown, undotted
 
 if TYPE_CHECKING:
-
     from simtip.errors import InputError
 
 SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"

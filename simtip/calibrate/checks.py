@@ -190,5 +190,5 @@ def require_order(T_lr: Array) -> None:
             f"the right camera comes out {-T_lr[0]:.1f} mm to the left of the left one: the images "
             "are swapped",
             field="views",
-            remedy="exchange left and right",
+            remedy="exchange left and right, or unmirror them if both are mirrored",
         )

@@ -25,6 +25,7 @@ __all__ = [
     "render_board",
     "render_discs",
     "render_pair",
+    "require_boards",
 ]
 
 
@@ -102,12 +103,7 @@ def render_board(
         The back end is scalar, which renders needles only.
     """
     backend = backend or choose()
-    if backend.name == "scalar":
-        raise InputError(
-            "the scalar back end renders no calibration boards",
-            field="--backend",
-            remedy="install an LLVM library, see `simtip doctor`",
-        )
+    require_boards(backend)
     with activated(backend):
         from simtip.render.board_subject import BoardSubject
         from simtip.render.pair import render_views
@@ -115,6 +111,22 @@ def render_board(
         subject = BoardSubject(plate, T_wt, spec.boards.plate)
         chosen = spec.seed if seed is None else seed
         return render_views(spec, backend, chosen, tolerance, progress, subject)
+
+
+def require_boards(backend: Backend) -> None:
+    """Refuse a back end that renders no calibration boards.
+
+    Raises
+    ------
+    InputError
+        It is the scalar one.
+    """
+    if backend.name == "scalar":
+        raise InputError(
+            "the scalar back end renders no calibration boards",
+            field="--backend",
+            remedy="install an LLVM library, see `simtip doctor`",
+        )
 
 
 def render_discs(

@@ -38,6 +38,8 @@ LIGHT_STEP_MM = 4.0
 CLEAR_STEP_MM = 0.1
 PIXEL_REACH = 0.6
 """Of the sides of a pixel from its centre: a half, and some for perspective."""
+MOST_SLANT = 4.0
+"""Tangent of the angle to its normal at which a board is seen, far over what poses allow."""
 SAME = 1e-3
 """Ink that differs by less is even."""
 
@@ -138,11 +140,12 @@ class BoardSubject(Subject):
                 self._coordinates(eye.chief_rays(number, mi.Point2f(u, v)))
                 for u, v in ((0.5, 0.5), (1.5, 0.5), (0.5, 1.5))
             )
-            across, down = dr.norm(right - here), dr.norm(below - here)
-            reach = PIXEL_REACH * (across + down) + blur_px * dr.maximum(across, down)
+            across, down = right - here, below - here
+            reach = PIXEL_REACH * (dr.norm(across) + dr.norm(down))
+            reach += blur_px * _longest(across, down)
             uv, inside = clear.place(here)
             (free,) = clear.at(uv, inside)
-            far = inside & (free > reach + 2 * abs(self._plate.bow_mm))
+            far = inside & (free > reach + MOST_SLANT * abs(self._plate.bow_mm))
             found.append(far.numpy())
         return np.concatenate(found)
 
@@ -216,6 +219,12 @@ def _clear(target: Target, edge_blur_mm: float) -> NDArray[np.float32]:
     same = cv2.dilate(ink.values, kernel) - cv2.erode(ink.values, kernel) < SAME
     texels = cv2.distanceTransform(same.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     return np.asarray(texels, np.float32) * np.float32(ink.step_mm)
+
+
+def _longest(a: Vec, b: Vec) -> Vec:
+    """Give the greatest length of ``x a + y b`` on the circle x^2 + y^2 = 1."""
+    squares, area = dr.squared_norm(a) + dr.squared_norm(b), a.x * b.y - a.y * b.x
+    return dr.sqrt((squares + dr.safe_sqrt(squares**2 - 4 * area**2)) / 2)
 
 
 def _thickness_px(plate: Plate, T_ct: Pose, camera: Camera) -> float:

@@ -50,7 +50,9 @@ def rig_from_json(document: Document) -> StereoRig:
             remedy="update simtip, or write the rig again",
         )
     left, right = (_camera(root, side) for side in ("left", "right"))
-    R = rotation(root.child("R"), root.child("R").rows((3, 3)), "give R^T of cv2.stereoCalibrate's R")
+    R = rotation(
+        root.child("R"), root.child("R").rows((3, 3)), "give R^T of cv2.stereoCalibrate's R"
+    )
     T = root.child("T_mm")
     t = T.numbers()
     if t.shape != (3,):

@@ -108,7 +108,10 @@ class BoardsSpec(Part):
     @field_validator("target")
     @classmethod
     def _is_target(cls, value: str) -> str:
-        return str(parse_target(value))
+        try:
+            return str(parse_target(value))
+        except InputError as error:  # its field is an option's; here the text is the field
+            raise InputError(error.problem, remedy=error.remedy) from None
 
     def build(self) -> Plate:
         """Give the plate's geometry."""

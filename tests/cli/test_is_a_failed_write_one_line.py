@@ -9,7 +9,7 @@ import pytest
 from command_line import MEASURE, in_a_process, one_line, snapshot
 
 from simtip.errors import InputError
-from simtip.result_folder import result_folder
+from simtip.output_folder import result_folder
 
 CALL = "from simtip.cli import main; main()"
 # SIGXFSZ is ignored by Python, so a write beyond the limit fails as on a full disk.
