@@ -12,6 +12,8 @@ from simtip.render import render_board
 from simtip.render.ink import ink_raster
 from simtip.target import parse_target
 
+pytestmark = pytest.mark.slow
+
 FOCUS_MM, F_NUMBER, FOCAL_MM = 170.0, 1.4, 6.0
 
 

@@ -12,6 +12,8 @@ from simtip.geometry import Pose, unit
 from simtip.plate_poses import plate_poses
 from simtip.spec import SceneSpec
 
+pytestmark = pytest.mark.slow
+
 VIEWS = 20
 GLASS = {"f_number": 1.4, "focal_length_mm": 6.0, "focus_mm": 170.0}
 

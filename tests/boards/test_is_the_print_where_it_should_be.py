@@ -17,6 +17,8 @@ from simtip.geometry import Pose
 from simtip.render import View, render_board
 from simtip.spec import SceneSpec
 
+pytestmark = pytest.mark.slow
+
 SHIFT_PX = 0.003
 SIZE = 90
 BENT = (-0.12, 0.05, 0.001, -0.0008, 0.01)

@@ -31,6 +31,7 @@ def ink_at(spec: SceneSpec, T_ct: Pose, pixels: np.ndarray) -> np.ndarray:
     return np.where(on, plate.target.ink(at / plate.print_scale), -1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bow", "tilt", "blur_px"),
     [(0.0, 60, 6), *(pytest.param(*case, marks=SLOW) for case in [(0.0, 30, 3.0), (0.4, 55, 0.0)])],

@@ -15,6 +15,8 @@ from simtip.calibrate.symmetry import symmetries
 from simtip.geometry import Pose
 from simtip.target.sighting import Sighting
 
+pytestmark = pytest.mark.slow
+
 POINTS = grid(6, 5, 10.0)
 COUNT = 10
 NOISE_PX = 0.05

@@ -14,6 +14,8 @@ from simtip.calibrate.problem import Unknowns
 from simtip.calibrate.selection import screened
 from simtip.calibrate.uncertainty import deviations, uncertainty_of
 
+pytestmark = pytest.mark.slow
+
 POINTS = grid(6, 5, 10.0)
 NOISE_PX = 0.05
 SETS = 200

@@ -9,6 +9,8 @@ from simulated_sightings import SIZE, board_poses, grid, paper_rig, sightings
 from simtip.calibrate import LensModel, calibrate, compare
 from simtip.target.sighting import Sighting
 
+pytestmark = pytest.mark.slow
+
 POINTS = grid(6, 5, 10.0)
 
 

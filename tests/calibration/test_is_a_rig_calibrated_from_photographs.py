@@ -10,6 +10,8 @@ from oracles.stereo_boards import BASELINE, LEFT, RIGHT, SIZE, TARGET, R, T
 
 from simtip.rig_file import read_rig
 
+pytestmark = pytest.mark.slow
+
 SHAPES = {
     "K_left": (3, 3),
     "D_left": (5,),

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from oracles.stereo_boards import TARGET, photograph
 
+pytestmark = pytest.mark.slow
+
 
 def change(file, how):
     assert cv2.imwrite(str(file), how(cv2.imread(str(file), cv2.IMREAD_UNCHANGED)))

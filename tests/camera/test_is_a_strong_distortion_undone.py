@@ -153,6 +153,7 @@ def test_the_border_is_half_a_pixel_out_with_exact_corners():
         assert corner in edge
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=25)
 @given(
     st.tuples(

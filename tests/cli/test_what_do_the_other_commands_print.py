@@ -21,6 +21,7 @@ def rendered(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_render_gives_the_images_of_run_and_the_truth_alone(ran, rendered, ask, monkeypatch):
     monkeypatch.chdir(rendered)
     answer = ask("render", "scene.yaml", "-o", "deep/out", "--exr", "--json")

@@ -32,6 +32,7 @@ def cut(texture, part):
     return {name: getattr(texture, name)[j : j + rows, i : i + cols] for name in FIELDS}
 
 
+@pytest.mark.slow
 @given(
     st.tuples(st.floats(-39, 30), st.floats(-29, 20)),
     st.tuples(st.floats(0.05, 14), st.floats(0.05, 14)),

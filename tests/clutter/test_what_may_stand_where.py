@@ -99,12 +99,14 @@ def test_nothing_comes_near_the_needle_or_the_cameras_or_into_the_board(setting,
         assert (260 - points[:, 2]).min() > 0, thing.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])
 def test_nothing_hides_the_needle(setting, seed):
     clutter = HOSTILE.model_copy(update={"dust_per_100cm2": 3.0})
     assert not hides(objects(clutter, setting, seed), setting, needle_points(setting))
 
 
+@pytest.mark.slow
 def test_what_may_hide_the_needle_sometimes_does(setting):
     clutter = HOSTILE.model_copy(update={"occlude": True, "dust_per_100cm2": 0.0})
     points = needle_points(setting)
@@ -125,6 +127,7 @@ def gap_to_tip(things, setting):
     return least
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["light", "medium", "heavy"])
 def test_the_tip_keeps_free_in_both_images(setting, level):
     """Away from the image's centre a pixel stands for a smaller angle: 10 % are allowed for."""

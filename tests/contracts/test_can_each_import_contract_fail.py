@@ -76,6 +76,7 @@ def test_a_violation_in_any_module_breaks_the_contract(contract, copy):
         assert re.search(rf"{source}(\.\w+)* -> {forbidden}", output), f"{source} goes unnoticed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "forbidden", "name"),
     [

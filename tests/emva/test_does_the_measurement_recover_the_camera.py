@@ -54,6 +54,7 @@ def test_a_quiet_8_bit_camera_is_said_to_be_extrapolated():
     assert not measured(middling_10_bit()).notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("black_dn", [0.0, 0.7])
 def test_a_dark_level_cut_off_at_zero_is_said_and_does_not_bias(black_dn):
     camera = middling_10_bit(black_dn=black_dn, shape=(96, 96))
@@ -103,6 +104,7 @@ class NoShotNoise(BenchCamera):
             yield dn.astype(np.uint16)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_seed", range(6))
 @pytest.mark.parametrize("sigma_d_e", [2.0, 8.0])
 def test_a_camera_without_shot_noise_has_no_gain_to_find(noise_seed, sigma_d_e):

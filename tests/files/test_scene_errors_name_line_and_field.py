@@ -191,6 +191,7 @@ TEXT = st.text(st.characters(exclude_categories=["C"]), max_size=30)
 PLAIN = st.none() | st.booleans() | st.integers() | NUMBERS | TEXT | st.lists(NUMBERS, max_size=3)
 
 
+@pytest.mark.slow
 @SETTINGS
 @given(
     name=TEXT | st.sampled_from(["yes", "1e-3", "08", "0o7", "null", "~", "<<", " x ", "a: b"]),

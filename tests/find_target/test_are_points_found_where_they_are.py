@@ -42,6 +42,7 @@ def test_sharp_and_almost_without_noise(target: Target, tilt_deg: float):
     assert np.abs(e).max() < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS, ids=str)
 @pytest.mark.parametrize(
     ("look", "sd"),
@@ -50,7 +51,6 @@ def test_sharp_and_almost_without_noise(target: Target, tilt_deg: float):
         pytest.param(
             {"blur_px": 1.0, "noise_dn": 1.0, "paper_dn": 45.0, "ink_dn": 12.0},
             0.035,
-            marks=pytest.mark.slow,
         ),
         ({"blur_px": 1.5, "noise_dn": 1.0, "disc": True, "falloff": 0.6}, 0.02),
     ],
@@ -64,6 +64,7 @@ def test_realistic(target: Target, look: dict[str, float], sd: float):
     assert np.abs(e).max() < 5 * sd
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS, ids=str)
 def test_a_tone_curve_moves_nothing(target: Target):
     image, truth = photograph(target, 35.0, noise_dn=0.0, blur_px=1.2)
@@ -71,6 +72,7 @@ def test_a_tone_curve_moves_nothing(target: Target):
     assert np.abs(errors(target, curved, truth)).max() < 0.06
 
 
+@pytest.mark.slow
 def test_circles_are_seen_where_their_centres_are():
     """The centre of the ellipse is off by about r^2 f sin t cos t / z^2: here 0.18 px."""
     target = CircleGrid(6, 4, 9.0, 7.0)
@@ -98,12 +100,14 @@ def test_a_board_upside_down_has_its_first_point_at_the_other_end():
     assert np.abs(seen(target, turned).pixels - there).max() < 0.1
 
 
+@pytest.mark.slow
 def test_a_resized_image_keeps_its_edges():
     small, image = np.zeros((3, 4), np.float32), np.zeros((6, 8), np.float32)
     corner = original_pixels(np.array([[-0.5, -0.5], [3.5, 2.5]]), small, image)
     np.testing.assert_allclose(corner, [[-0.5, -0.5], [7.5, 5.5]])
 
 
+@pytest.mark.slow
 def test_small_squares():
     target = Chessboard(9, 6, 6.0)
     image, truth = photograph(target, distance_mm=300.0)  # about 12 px

@@ -10,6 +10,8 @@ from simtip.errors import InputError
 from simtip.find_target import find
 from simtip.target import AsymmetricCircles, Charuco, Chessboard, CircleGrid, Target
 
+pytestmark = pytest.mark.slow
+
 TARGETS = [
     Chessboard(5, 4, 6.0),
     Charuco(5, 4, 6.0, 4.5),
@@ -90,7 +92,6 @@ def test_what_is_no_image_is_refused(image: np.ndarray):
         find(TARGETS[0], image)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS[:3], ids=str)
 def test_time_is_bounded(target: Target):
     """On noise, all of it corners; about 1 s alone, so 20 s tells of a search without end."""

@@ -7,6 +7,8 @@ from target_photographs import photograph, reason, seen
 
 from simtip.target import AsymmetricCircles, Charuco, Chessboard, CircleGrid, Target, parse_target
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("there", "stated", "told"),
@@ -24,7 +26,6 @@ def test_another_size(there: str, stated: str, told: str):
     assert told in reason(parse_target(stated), image)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("there", "stated", "told"),
     [

@@ -7,6 +7,8 @@ from target_photographs import K_SMALL, half_turned, mirrored, photograph, reaso
 
 from simtip.target import AsymmetricCircles, Charuco, Chessboard, CircleGrid, Target
 
+pytestmark = pytest.mark.slow
+
 TELLING = [
     Chessboard(5, 4, 6.0),
     Charuco(5, 4, 6.0, 4.5),

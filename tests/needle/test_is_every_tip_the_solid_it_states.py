@@ -104,6 +104,7 @@ def test_every_vertex_of_a_rounded_tip_is_a_balls_and_no_face_strays(name):
     assert off.min() > -STRAY_MM
 
 
+@pytest.mark.slow
 def test_the_rounded_crown_is_at_its_radius_from_its_inner_front():
     """Not convex, so the oracle is a cloud of the inner front's points, 3 um apart at most."""
     tip, r = ROUND["franseen"], ROUND["franseen"].tip_radius_mm
@@ -251,6 +252,7 @@ any_tip = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=150)
 @given(any_tip, st.integers(4, 40), st.sampled_from([None, 80.0]), st.floats(0, 360))
 def test_any_figures_make_a_closed_solid_with_its_apex_foremost(tip, quarter, rho, direction):

@@ -127,6 +127,7 @@ def test_what_is_no_needle_is_refused(make, message):
         make()
 
 
+@pytest.mark.slow
 def test_trimesh_is_loaded_only_for_a_mesh():
     code = "import sys, simtip.needle; sys.exit('trimesh' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

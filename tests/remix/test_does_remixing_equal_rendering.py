@@ -58,6 +58,7 @@ def folder(small, tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", CHANGES.values(), ids=CHANGES)
 def test_a_remixed_pair_is_the_rendered_one_bit_for_bit(small, folder, changes):
     wanted = changed(small, changes)

@@ -75,6 +75,7 @@ def leaving(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return thin_tube(found, normals) * np.array(ALBEDO)[2 * axis + (sign > 0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", range(6), ids=["x-", "x+", "y-", "y+", "z-", "z+"])
 def test_each_wall_has_its_own_light_in_its_own_place(scene, wall):
     spec = room(scene, [[0, 0, 8, 8]] * 2)
@@ -200,6 +201,7 @@ def test_the_walls_are_seen_and_mirrored_where_they_are(scene, plate):
         np.testing.assert_allclose(found, expected, rtol=0.03)
 
 
+@pytest.mark.slow
 def test_black_walls_are_no_walls(scene):
     spec = room(scene, [[800, 860, 24, 24], [1010, 856, 24, 24]], walls=0, ceiling=0, floor=0)
     data = spec.model_dump(mode="json")

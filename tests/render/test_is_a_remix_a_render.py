@@ -85,6 +85,7 @@ def test_a_lamp_of_one_percent_more_would_be_seen(scenes, rendered):
     assert abs(off[board].mean()) > 5 * abs(honest[board].mean())
 
 
+@pytest.mark.slow
 def test_equal_seeds_remix_to_equal_bits(scenes):
     _, other = scenes
     data = other.model_dump(mode="json")

@@ -108,6 +108,7 @@ def test_a_polished_coat_on_black_mirrors_by_fresnels_law(scene, seen, polished,
     np.testing.assert_allclose(light, expected, rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [0, 45, 75])
 def test_the_rough_coat_mirrors_what_its_integral_says(scene, seen, angle_deg):
     """At 0 degrees 0.039: what would bounce twice between its facets is lost."""
@@ -123,6 +124,7 @@ def test_the_body_shows_what_the_coat_lets_through(scene, seen, angle_deg):
     np.testing.assert_allclose(body, 0.5 * through, rtol=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle_deg", [0, 35, 60, 80])
 def test_no_more_light_leaves_than_comes(scene, seen, angle_deg):
     """Rods have at most 0.6. White, by Mitsuba's approximation for light inside: 1.001."""
@@ -190,6 +192,7 @@ def test_a_matt_plate_has_no_coat(scene, seen):
     np.testing.assert_allclose(light, 0.5, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_noise_of_a_rod_in_lamplight_is_as_claimed(scene, monkeypatch):
     along = unit([0.3, 1.0, 0.1])
     spine = MIDDLE + np.linspace(-20, 20, 41)[:, None] * along

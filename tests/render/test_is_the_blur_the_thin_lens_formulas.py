@@ -26,6 +26,7 @@ def second_moments(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [pytest.param("left", marks=SLOW), "right"])
 @pytest.mark.parametrize(
     "defocus_mm",

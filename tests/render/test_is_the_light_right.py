@@ -66,6 +66,7 @@ def test_a_room_of_unit_radiance_lights_an_open_board_by_its_albedo(small_scene)
     np.testing.assert_allclose(radiance, [0.2, 0.5, 0.9], rtol=2e-4)
 
 
+@pytest.mark.slow
 def test_an_unlit_lamp_gives_none_of_its_light(small_scene):
     left, _ = render_pair(small_scene)
     data = small_scene.model_dump(mode="json")

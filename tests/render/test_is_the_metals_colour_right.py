@@ -52,6 +52,7 @@ PLACES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES.values(), ids=PLACES)
 def test_a_tubes_density_over_directions_is_that_of_its_samples(place):
     with activated(choose()):

@@ -28,6 +28,7 @@ def test_every_format_is_tried():
     assert set(NAMES) == set(CARRIED) == set(FORMATS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMATS)
 def test_any_rig_comes_back(tmp_path_factory, form):
     path = tmp_path_factory.mktemp("any") / NAMES[form]

@@ -64,6 +64,7 @@ def test_unequal_lenses_meet_it_on_average(scene):
     assert (left - 4) / (right - 4) == pytest.approx((4 / 1.4) ** 2, rel=0.1)
 
 
+@pytest.mark.slow
 def test_unequal_lenses_are_refused_where_one_camera_saturates(scene):
     with pytest.raises(InputError, match="left background is saturated") as caught:
         pictured(scene, 180, left={"f_number": 1.4}, right={"f_number": 4})
@@ -74,6 +75,7 @@ def test_unequal_lenses_are_refused_where_one_camera_saturates(scene):
     assert np.mean(levels(found)) == pytest.approx(140, abs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start_s", [0.0, 0.004, 0.006])
 @pytest.mark.parametrize("row_time_s", [0.0, 2e-5])
 def test_light_that_ripples_meets_it_at_the_exposure_found(scene, start_s, row_time_s):

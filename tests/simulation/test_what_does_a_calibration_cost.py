@@ -45,6 +45,7 @@ def measured(scene: SceneSpec, path: str | None) -> np.ndarray:
     return trial.measurement.tip_mm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["rig.yaml", "rig.json"])
 def test_the_error_map_tells_what_the_needle_loses(scene, imperfect, tmp_path, form):
     write_rig(tmp_path / form, imperfect)

@@ -10,6 +10,7 @@ LEFT_PX2 = np.array([[0.09, 0.03], [0.03, 0.04]])
 RIGHT_PX2 = np.array([[0.02, -0.02], [-0.02, 0.06]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "count"), [("svd", 40000), ("midpoint", 40000), ("optimal", 1000)]
 )
