@@ -379,7 +379,7 @@ def calibrate(
     model: Annotated[
         str,
         typer.Option(
-            "--model", metavar="NAME", help="Distortion: none, radial2, opencv5, rational, auto."
+            "--model", metavar="NAME", help="none, radial2, radtan, opencv5, rational, auto."
         ),
     ] = "opencv5",
     truth: Annotated[
@@ -407,6 +407,12 @@ def calibrate(
         lens_model(model)
     if out is not None:
         _require_new(out, form)
+    elif form is not None:
+        raise InputError(
+            "says the form of a file, and none is asked for",
+            field="--format",
+            remedy="name it by -o",
+        )
     if plots is not None:
         OutputFolder(plots).check()
     known = None if truth is None else read_board_truth(truth)

@@ -25,6 +25,8 @@ class LensModel(StrEnum):
     """No distortion."""
     RADIAL2 = "radial2"
     """k1, k2."""
+    RADTAN = "radtan"
+    """k1, k2, p1, p2: Kalibr's radtan."""
     OPENCV5 = "opencv5"
     """k1, k2, p1, p2, k3: OpenCV's default."""
     RATIONAL = "rational"
@@ -33,7 +35,8 @@ class LensModel(StrEnum):
     @property
     def coefficients(self) -> int:
         """How many coefficients a file gets: 0, or 5, or 8."""
-        return {"none": 0, "radial2": 5, "opencv5": 5, "rational": 8}[self.value]
+        lengths = {"none": 0, "radial2": 5, "radtan": 5, "opencv5": 5, "rational": 8}
+        return lengths[self.value]
 
     @property
     def free(self) -> NDArray[np.intp]:
@@ -41,6 +44,7 @@ class LensModel(StrEnum):
         distortion = {
             "none": [],
             "radial2": [4, 5],
+            "radtan": [4, 5, 6, 7],
             "opencv5": [4, 5, 6, 7, 8],
             "rational": [4, 5, 6, 7, 8, 9, 10, 11],
         }[self.value]

@@ -55,8 +55,8 @@ def calibrate(
     left_size, right_size
         (width, height) of the images, px.
     model
-        ``none``, ``radial2``, ``opencv5``, ``rational``, or ``auto`` for the one with the least
-        Bayesian information criterion.
+        ``none``, ``radial2``, ``radtan``, ``opencv5``, ``rational``, or ``auto`` for the one with
+        the least Bayesian information criterion.
     turnable
         Whether the finder may number the points of a symmetric target from another end, as it may
         on a chessboard or a circle grid, so that left and right can differ. Such views are then

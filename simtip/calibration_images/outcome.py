@@ -122,7 +122,7 @@ def calibrate_images(
     target
         What they show.
     model
-        Of the distortion: ``none``, ``radial2``, ``opencv5``, ``rational`` or ``auto``.
+        Of the distortion: ``none``, ``radial2``, ``radtan``, ``opencv5``, ``rational`` or ``auto``.
     truth
         Of the images, if known.
     report
@@ -153,14 +153,15 @@ def calibrate_images(
     except InputError as error:
         raise _located(error, " ".join(images), looked) from error
     done = time.perf_counter()
+    judgement = None if truth is None else _judged(calibration, looked, truth, target)
     return Outcome(
         images=" ".join(images),
         target=target,
         sizes=looked.sizes,
         calibration=calibration,
         rejected=(*_alone(found), *looked.skipped, *calibration.views_rejected),
-        judgement=None if truth is None else _judged(calibration, looked, truth, target),
-        warnings=(*calibration.warnings, *_warnings(looked, truth, target)),
+        judgement=judgement,
+        warnings=(*calibration.warnings, *_warnings(looked, target, judgement)),
         timings_s={"find": searched - started, "calibrate": done - searched},
     )
 
@@ -197,13 +198,21 @@ def _judged(
     )
 
 
-def _warnings(looked: Looked, truth: BoardTruth | None, target: Target) -> list[str]:
+def _warnings(looked: Looked, target: Target, judgement: Judgement | None) -> list[str]:
     warnings = []
     if looked.overexposed:
         warnings.append(
             f"{len(looked.overexposed)} images are overexposed, the first is "
             f"{looked.overexposed[0].name}: white that is cut off moves edges, expose for less"
         )
-    if truth is not None and target != truth.target:
-        warnings.append(f"the boards show {truth.target}, not {target}")
+    if judgement is not None:
+        if target != judgement.truth.target:
+            warnings.append(f"the boards show {judgement.truth.target}, not {target}")
+        costs = judgement.error_map
+        out, seen = costs.left_out + costs.failed, len(costs.points_mm)
+        if out > seen:
+            warnings.append(
+                f"{out} of {out + seen} points of the working volume are not in both images: the "
+                "error at the needle is that of a small part"
+            )
     return warnings

@@ -127,7 +127,7 @@ def _camera_lines(camera: Camera, side: str, number: int, path: str | Path | Non
             f"has {len(distortion)} coefficients, and Kalibr's radtan holds {RADTAN}",
             file=path,
             field=f"{side}.distortion",
-            remedy=f"{INSTEAD}, or calibrate with k3 and above fixed at 0",
+            remedy=f"{INSTEAD}, or calibrate with --model radtan",
         )
     fx, fy, cx, cy = camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]
     if min(cx, cy) < 0:

@@ -34,7 +34,8 @@ def parse_target(text: str) -> Target:
     Parameters
     ----------
     text
-        One of `FORMS`; spaces around it do not matter, nor does the case of the family.
+        One of `FORMS`, or ``chessboard`` alone for the paper's; spaces around it do not matter, nor
+        does the case of the family.
 
     Raises
     ------
@@ -49,6 +50,8 @@ def parse_target(text: str) -> Target:
             field="target",
             remedy="give " + ", ".join(EXAMPLES.values()),
         )
+    if family == Chessboard.family and not parts:
+        return Chessboard()  # the paper's
     least, most = {"chessboard": (2, 2), "charuco": (3, 4)}.get(family, (3, 3))
     if not least <= len(parts) <= most:
         raise InputError(

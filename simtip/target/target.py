@@ -14,6 +14,7 @@ from simtip.geometry import Array
 
 Lattice = NDArray[np.intp]
 
+LONGEST_MM = 10_000.0
 SIZES = (2, 200)
 """Least and most columns or rows."""
 
@@ -136,16 +137,17 @@ def check_counts(family: str, columns: int, rows: int) -> None:
 
 
 def check_length(family: str, name: str, length_mm: float) -> None:
-    """Refuse a length that is no positive, finite number of mm.
+    """Refuse a length that is not above 0 and up to `LONGEST_MM`.
 
     Raises
     ------
     InputError
         Naming the target's family and the length.
     """
-    if not (np.isfinite(length_mm) and length_mm > 0):
+    if not 0 < length_mm <= LONGEST_MM:
         raise InputError(
-            f"a {family} needs a length above 0 mm, not {length_mm:g}", field=f"target.{name}"
+            f"a {family} needs a length above 0 and up to {LONGEST_MM:g} mm, not {length_mm:g}",
+            field=f"target.{name}",
         )
 
 

@@ -20,7 +20,7 @@ POINTS = grid(6, 5, 10.0)
         ("none", (), ()),
         ("radial2", (-0.11, 0.15, 0, 0), (-0.1, 0.12, 0, 0)),
         ("opencv5", (-0.11, 0.15, 2e-3, -1e-3, -0.3), (-0.1, 0.12, -1e-3, 2e-3, -0.3)),
-        ("opencv5", (-0.11, 0.15, 2e-3, -1e-3, -0.3), ()),
+        ("radtan", (-0.11, 0.15, 2e-3, -1e-3), (-0.1, 0.12, -1e-3, 2e-3)),
     ],
 )
 def test_the_least_model_that_explains_the_corners_is_chosen(expected, left_d, right_d):

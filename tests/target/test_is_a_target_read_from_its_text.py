@@ -48,8 +48,8 @@ def test_text_keeps_the_target(columns: int, rows: int, size_mm: float):
         ("chessboard:11:6", "'11' is no COLUMNSxROWS"),
         ("chessboard:11x8:six", "'six' is no length"),
         ("chessboard:11x8:nan", "'nan' is no length"),
-        ("chessboard:11x8:1e999", "above 0 mm, not inf"),
-        ("chessboard:11x8:-6", "above 0 mm, not -6"),
+        ("chessboard:11x8:1e999", "up to 10000 mm, not inf"),
+        ("chessboard:11x8:-6", "above 0 and up to 10000 mm, not -6"),
         ("chessboard:1x8:6", "2 to 200 columns, not 1"),
         ("chessboard:11x201:6", "2 to 200 rows, not 201"),
         ("charuco:12x9:6", "2 parts"),
@@ -69,3 +69,7 @@ def test_a_wrong_text_is_told_in_one_line(text: str, told: str):
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith("target")
+
+
+def test_chessboard_alone_is_the_papers():
+    assert parse_target("chessboard") == Chessboard(11, 8, 6.0)
