@@ -38,7 +38,7 @@ _ENDINGS: dict[Format, tuple[str, ...]] = {
 def write_rig(
     path: str | Path,
     rig: StereoRig,
-    format: Format | None = None,  # noqa: A002 - the word of the command line, too
+    form: Format | None = None,
 ) -> None:
     """Write a rig as files that `read_rig` reads back, and the programs whose formats they are.
 
@@ -52,7 +52,7 @@ def write_rig(
         ``left.yaml`` and ``right.yaml``, or one file of the pair, named left or right.
     rig
         What to write.
-    format
+    form
         By default what the ending says: ``.yaml`` and ``.yml`` are ``opencv``, ``.xml`` is
         ``opencv-xml``, ``.json`` is ``json``.
 
@@ -62,7 +62,7 @@ def write_rig(
         A file cannot be written, its name does not suit the format, or the format cannot hold the
         rig: ROS and Kalibr have fewer coefficients of distortion.
     """
-    chosen = _chosen(path, format)
+    chosen = _chosen(path, form)
     files = rig_files(path, chosen)
     texts = ros_texts(rig, path) if chosen == "ros" else (_text(rig, chosen, path),)
     if files[0].parent == Path(path):
@@ -73,7 +73,7 @@ def write_rig(
 
 def rig_files(
     path: str | Path,
-    format: Format | None = None,  # noqa: A002 - the word of the command line, too
+    form: Format | None = None,
 ) -> tuple[Path, ...]:
     """Give the files that `write_rig` writes: one, or for ROS the left and the right one.
 
@@ -82,7 +82,7 @@ def rig_files(
     InputError
         The name does not suit the format.
     """
-    chosen = _chosen(path, format)
+    chosen = _chosen(path, form)
     file = Path(path)
     if chosen != "ros":
         return (file,)
@@ -93,7 +93,7 @@ def rig_files(
 
 def rig_text(
     rig: StereoRig,
-    format: Format = "opencv",  # noqa: A002 - the word of the command line, too
+    form: Format = "opencv",
 ) -> str:
     """Give the text of a format that is one file.
 
@@ -102,7 +102,7 @@ def rig_text(
     InputError
         The format cannot hold the rig, or is two files.
     """
-    return _text(rig, format, None)
+    return _text(rig, form, None)
 
 
 def _text(rig: StereoRig, kind: Format, path: str | Path | None) -> str:
