@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asked import call
 from regions import with_roi
 
 from simtip.camera import Camera, StereoRig
@@ -65,3 +66,9 @@ def volume_mm():
     """Give points (216, 3) about the needle, seen by both cameras of Table 1."""
     axes = np.linspace(-50, 15, 6), np.linspace(-30, 30, 6), np.linspace(120, 230, 6)
     return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
+
+
+@pytest.fixture
+def ask():
+    """Call the command line in this process."""
+    return call

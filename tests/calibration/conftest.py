@@ -1,44 +1,27 @@
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import re
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import asked
 import pytest
+from asked import Answer
 from oracles.stereo_boards import TARGET, photograph
-
-from simtip.cli import main
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What the command line said."""
-
-    code: int
-    out: str
-    err: str
 
 
 def call(*arguments: object) -> Answer:
     """Call `simtip calibrate` in this process."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as ended,
-    ):
-        main(["calibrate", *map(str, arguments)])
+    answer = asked.call("calibrate", *map(str, arguments))
     # on a slow machine progress is told, too
     told = [
         line
-        for line in err.getvalue().splitlines(keepends=True)
+        for line in answer.err.splitlines(keepends=True)
         if not re.fullmatch(r"finding the target \d+%\n", line)
     ]
-    return Answer(int(ended.value.code), out.getvalue(), "".join(told))
+    return replace(answer, err="".join(told))
 
 
 @pytest.fixture(scope="session")

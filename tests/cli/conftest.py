@@ -1,15 +1,11 @@
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from command_line import Answer, in_a_process, lay_out
-
-from simtip.cli import main
+from command_line import in_a_process, lay_out
 
 
 @pytest.fixture
@@ -19,23 +15,6 @@ def bench(tmp_path, monkeypatch) -> Path:
     monkeypatch.setenv("SIMTIP_BACKEND", "scalar")
     monkeypatch.chdir(tmp_path)
     return lay_out(tmp_path)
-
-
-@pytest.fixture
-def ask():
-    """Call the command line in this process."""
-
-    def call(*arguments: str) -> Answer:
-        out, err = io.StringIO(), io.StringIO()
-        with (
-            contextlib.redirect_stdout(out),
-            contextlib.redirect_stderr(err),
-            pytest.raises(SystemExit) as ended,
-        ):
-            main(list(arguments))
-        return Answer(int(ended.value.code), out.getvalue(), err.getvalue())
-
-    return call
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from command_line import MEASURE, RIG, SCENE, Answer, in_a_process, needle_png, one_line, snapshot
+from asked import Answer
+from command_line import MEASURE, RIG, SCENE, in_a_process, needle_png, one_line, snapshot
 
 from simtip.render import backend
 
