@@ -1,0 +1,74 @@
+"""`simtip measure`: the measuring wing alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simtip.cli.detector_options import as_detector_options, parse_settings
+from simtip.cli.options import JsonOption
+from simtip.cli.output import print_json, to_stdout
+from simtip.detect import configure
+from simtip.errors import InputError
+from simtip.triangulate import Method
+
+
+def measure(
+    left: Annotated[Path, typer.Argument(metavar="LEFT", help="Left image file.")],
+    right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Right image file.")],
+    rig: Annotated[
+        Path,
+        typer.Option("--rig", metavar="RIG", help="OpenCV, JSON or Kalibr file, or a ROS pair."),
+    ],
+    detector: Annotated[str, typer.Option("--detector", metavar="NAME")] = "lin2020",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Detector parameter; repeatable."),
+    ] = None,
+    method: Annotated[
+        Method, typer.Option("--method", help="How two rays become one point.")
+    ] = "svd",
+    max_distance_px: Annotated[
+        float, typer.Option("--max-distance", metavar="PX", help="From the epipolar line.")
+    ] = 2.0,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure the needle tip on a pair of image files of any origin."""
+    from simtip.console import show_result
+    from simtip.image_file import read_image
+    from simtip.measure import measure_pair, require_size
+    from simtip.rig_file import read_rig
+
+    with as_detector_options():
+        configured = configure(detector, parse_settings(settings or []))
+    if not max_distance_px > 0:
+        raise InputError(
+            f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
+        )
+    image_left, image_right = read_image(left), read_image(right)
+    cameras = read_rig(
+        rig,
+        (image_left.shape[1], image_left.shape[0]),
+        (image_right.shape[1], image_right.shape[0]),
+    )
+    remedy = f"give the rig that took the images, not {rig}, or images of that size"
+    require_size("left", image_left, cameras.left, file=left, remedy=remedy)
+    require_size("right", image_right, cameras.right, file=right, remedy=remedy)
+    with as_detector_options():
+        measurement = measure_pair(
+            image_left,
+            image_right,
+            cameras,
+            configured,
+            max_distance_px=max_distance_px,
+            method=method,
+        )
+    names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
+    result = {**names, **measurement.to_dict()}
+    if as_json:
+        print_json(result)
+        return
+    with to_stdout():
+        show_result(result)

@@ -1,0 +1,26 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from simtip.seeding import SEED_LIMIT
+
+SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (YAML).")]
+OutOption = Annotated[
+    Path | None, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+]
+SeedOption = Annotated[
+    int | None,
+    typer.Option(
+        "--seed", min=0, max=SEED_LIMIT - 1, help="Root seed, instead of the scene's own."
+    ),
+]
+BackendOption = Annotated[
+    str | None,
+    typer.Option("--backend", metavar="NAME", help="auto, cuda, llvm or scalar [default: auto]."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]

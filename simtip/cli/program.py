@@ -1,0 +1,64 @@
+"""The whole command line: its commands, and what happens to their errors."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from simtip.cli.boards import boards
+from simtip.cli.calibrate import calibrate
+from simtip.cli.camera import camera
+from simtip.cli.doctor import doctor
+from simtip.cli.errors import INTERRUPTED, ClickError, fail, usage
+from simtip.cli.measure import measure
+from simtip.cli.output import say
+from simtip.cli.remix import remix
+from simtip.cli.render import render
+from simtip.cli.rig import rig
+from simtip.cli.run import run
+from simtip.cli.schema import schema
+from simtip.errors import SimtipError
+from simtip.version import __version__
+
+app = typer.Typer(
+    name="simtip",
+    help="Validate stereo needle-tip measurement on rendered images with known truth.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        say(f"simtip {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        say(context.get_help())
+        raise typer.Exit(2)
+
+
+# In the order of `simtip --help`.
+for command in (run, render, remix, measure, rig, boards, calibrate, camera, doctor, schema):
+    app.command()(command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; user errors are one line on stderr and exit code 2."""
+    try:
+        code = app(arguments, prog_name="simtip", standalone_mode=False)
+    except SimtipError as error:
+        fail(str(error), 2)
+    except ClickError as error:
+        fail(usage(error), 2)
+    except (typer.Abort, KeyboardInterrupt):
+        code = INTERRUPTED
+    if code == INTERRUPTED:  # Typer, too, makes an interrupt this code
+        fail("interrupted; nothing was written", INTERRUPTED)
+    sys.exit(code if isinstance(code, int) else 0)
