@@ -24,6 +24,16 @@ class TipStatus(StrEnum):
     NO_COMPONENT_LARGE_ENOUGH = "no_component_large_enough"
     NO_EDGE = "no_edge"
     TOUCHES_BORDER = "touches_border"
+    NOT_FOUND = "not_found"
+    """A user's detector looked, and says that there is no tip."""
+    DETECTOR_ERROR = "detector_error"
+    """A user's detector raised an exception."""
+    COMMAND_FAILED = "command_failed"
+    """An external command did not start, ended with an exit code, or was killed by a signal."""
+    COMMAND_TIMED_OUT = "command_timed_out"
+    """An external command was stopped at its time limit."""
+    INVALID_OUTPUT = "invalid_output"
+    """What a user's detector gave is no observation: garbage, NaN, a wrong shape, silence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +55,8 @@ class TipObservation:
         (2,) unit direction from the tip towards the hub, in the image, or None if unknown.
     covariance_px
         (2, 2) px^2 of `tip_px` as the detector claims it, or None if it claims none.
+    confidence
+        0 to 1, by the detector's own measure, or None if it has none.
     layers
         Intermediate images by name, for overlays; empty unless asked for.
     """
@@ -54,6 +66,7 @@ class TipObservation:
     tip_px: Array | None = None
     axis_px: Array | None = None
     covariance_px: Array | None = None
+    confidence: float | None = None
     layers: Layers = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -62,8 +75,11 @@ class TipObservation:
             self._check_found()
         elif not self.reason:
             raise ValueError("a failure needs its reason")
-        elif not (self.tip_px is None and self.axis_px is None and self.covariance_px is None):
-            raise ValueError("a failure has no tip, no axis and no covariance")
+        elif any(
+            part is not None
+            for part in (self.tip_px, self.axis_px, self.covariance_px, self.confidence)
+        ):
+            raise ValueError("a failure has no tip, no axis, no covariance and no confidence")
 
     def _check_found(self) -> None:
         if self.reason:
@@ -75,9 +91,16 @@ class TipObservation:
             object.__setattr__(self, "axis_px", _frozen(unit(self.axis_px), (2,), "an axis"))
         if self.covariance_px is not None:
             covariance = _frozen(self.covariance_px, (2, 2), "a tip covariance")
-            if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] < 0:
+            # A line is a covariance, too: its second eigenvalue is 0, to rounding.
+            least = -1e-9 * abs(np.trace(covariance))
+            symmetric = np.allclose(covariance, covariance.T, atol=abs(least))
+            if not symmetric or np.linalg.eigvalsh(covariance)[0] < least:
                 raise ValueError("a covariance is symmetric with no negative eigenvalue")
             object.__setattr__(self, "covariance_px", covariance)
+        if self.confidence is not None:
+            if not 0 <= self.confidence <= 1:
+                raise ValueError(f"a confidence lies between 0 and 1, not at {self.confidence:g}")
+            object.__setattr__(self, "confidence", float(self.confidence))
 
     @classmethod
     def found(
@@ -86,6 +109,7 @@ class TipObservation:
         *,
         axis_px: ArrayLike | None = None,
         covariance_px: ArrayLike | None = None,
+        confidence: float | None = None,
         layers: Layers | None = None,
     ) -> TipObservation:
         """Report a tip.
@@ -98,13 +122,15 @@ class TipObservation:
             (2,) direction from the tip towards the hub, of any length, or None.
         covariance_px
             (2, 2) px^2, or None.
+        confidence
+            0 to 1, or None.
         layers
             Intermediate images by name.
 
         Raises
         ------
         ValueError
-            A number is not finite, or an array has another shape.
+            A number is not finite or out of its range, or an array has another shape.
         """
         return cls(
             TipStatus.OK,
@@ -113,6 +139,7 @@ class TipObservation:
             covariance_px=(
                 None if covariance_px is None else np.asarray(covariance_px, dtype=np.float64)
             ),
+            confidence=confidence,
             layers=layers or {},
         )
 

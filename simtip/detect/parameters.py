@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import difflib
-import math
-import reprlib
-import types
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal, Self, Union, cast, get_args, get_origin, get_type_hints
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, Final, Self, cast, get_type_hints
 
+from simtip.detect.value_types import check_range, converted, in_words
 from simtip.errors import InputError
 
 FIELD_PREFIX = "detect"
 """The part of a scene that holds these values: errors name ``detect.threshold``."""
+
+REQUIRED: Final = MISSING
+"""Stands for the default of a parameter that has none."""
 
 
 @dataclass(frozen=True)
@@ -25,22 +26,25 @@ class Parameter:
     name
         As written in a scene or after ``--set``.
     type
-        In words: ``int``, ``float``, ``dark | bright``, ``3 x float``, ``int | none``.
+        In words: ``int``, ``float``, ``text``, ``dark | bright``, ``3 x float``, ``int | none``.
     default
-        Value when none is given.
+        Value when none is given; None, too, if there is no default.
     description
         What it does, with its unit.
+    required
+        Whether a value has to be given.
     """
 
     name: str
     type: str
     default: object
     description: str
+    required: bool = False
 
 
 @dataclass(frozen=True)
 class Declared:
-    """What a `DetectorParameters` field means, put into its ``Annotated`` type.
+    """What a parameter means, put into its ``Annotated`` type.
 
     Attributes
     ----------
@@ -56,11 +60,90 @@ class Declared:
 
 
 @dataclass(frozen=True)
+class Declaration:
+    """A parameter with all that is needed to check a value for it.
+
+    Attributes
+    ----------
+    name
+        As written in a scene or after ``--set``.
+    hint
+        Its type, one that `simtip.detect.value_types` knows.
+    default
+        Value when none is given, or `REQUIRED`.
+    declared
+        Description and range.
+    """
+
+    name: str
+    hint: object
+    default: object
+    declared: Declared
+
+    @property
+    def parameter(self) -> Parameter:
+        """The same for lists and help."""
+        required = self.default is REQUIRED
+        default = None if required else self.default
+        description = self.declared.description
+        return Parameter(self.name, in_words(self.hint), default, description, required)
+
+    def value(self, given: object) -> object:
+        """Convert a value to the declared type; raise `InputError` if it does not fit."""
+        limits = self.declared.minimum, self.declared.maximum
+        try:
+            value = converted(self.hint, given)
+            check_range(value, *limits)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise bad_value(self.name, str(error), self._remedy()) from error
+        return value
+
+    def _remedy(self) -> str:
+        limits = {"at least": self.declared.minimum, "at most": self.declared.maximum}
+        given = [f"{word} {limit:g}" for word, limit in limits.items() if limit is not None]
+        about = f": {self.declared.description}" if self.declared.description else ""
+        return f"give {' '.join([in_words(self.hint), *given])}{about}"
+
+
+def values_of(declarations: Iterable[Declaration], given: Mapping[str, object]) -> dict[str, Any]:
+    """Check and convert the values that a scene or ``--set`` gives; defaults fill up the rest.
+
+    Raises
+    ------
+    InputError
+        A name is unknown (the remedy is the nearest known one), a value does not fit, or one that
+        is required is missing.
+    """
+    by_name = {declaration.name: declaration for declaration in declarations}
+    check_names(given, by_name)
+    values: dict[str, Any] = {}
+    for name, declaration in by_name.items():
+        value = given.get(name, declaration.default)
+        if value is REQUIRED:
+            remedy = f"give it by --set {name}=... or beside the detector's name in the scene"
+            raise bad_value(name, "has no value", remedy)
+        values[name] = declaration.value(value)
+    return values
+
+
+def check_names(given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise `InputError` for a name that no parameter has."""
+    names = list(known)
+    for name in given:
+        if name not in names:
+            raise InputError(
+                f"the detector has no parameter {name!r}",
+                field=f"{FIELD_PREFIX}.{name}",
+                remedy=nearest(str(name), names) if names else "it has none",
+            )
+
+
+@dataclass(frozen=True)
 class DetectorParameters:
     """Base of the parameter classes: frozen dataclasses.
 
     Each field is ``Annotated[type, Declared(...)]`` with a default.
-    Types may be ``int``, ``float``, ``bool``, ``Literal``, a tuple of floats of fixed
+    Types may be ``int``, ``float``, ``bool``, ``str``, ``Literal``, a tuple of floats of fixed
     length, or one of these with ``| None``. Values are converted to the declared type, so the
     text ``"105"`` and the number ``105.0`` both serve where an int is declared.
 
@@ -71,22 +154,14 @@ class DetectorParameters:
     """
 
     def __post_init__(self) -> None:
-        for name, (hint, declared) in _annotations(type(self)).items():
-            try:
-                converted = _converted(hint, getattr(self, name))
-                _check_range(converted, declared.minimum, declared.maximum)
-            except (TypeError, ValueError, OverflowError) as error:
-                raise bad_value(name, str(error), _remedy(hint, declared)) from error
-            object.__setattr__(self, name, converted)
+        for declaration in self._declarations():
+            value = declaration.value(getattr(self, declaration.name))
+            object.__setattr__(self, declaration.name, value)
 
     @classmethod
     def declared(cls) -> tuple[Parameter, ...]:
         """List the parameters in the order of their declaration."""
-        defaults = {item.name: item.default for item in fields(cls)}
-        return tuple(
-            Parameter(name, _in_words(hint), defaults[name], declared.description)
-            for name, (hint, declared) in _annotations(cls).items()
-        )
+        return tuple(declaration.parameter for declaration in cls._declarations())
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, object]) -> Self:
@@ -97,24 +172,21 @@ class DetectorParameters:
         InputError
             A name is unknown (the remedy is the nearest known one), or a value does not fit.
         """
-        known = [item.name for item in fields(cls)]
-        for name in values:
-            if name not in known:
-                raise InputError(
-                    f"the detector has no parameter {name!r}",
-                    field=f"{FIELD_PREFIX}.{name}",
-                    remedy=nearest(str(name), known),
-                )
+        check_names(values, (item.name for item in fields(cls)))
         return cls(**cast("dict[str, Any]", dict(values)))
 
-
-def _annotations(cls: type[DetectorParameters]) -> dict[str, tuple[object, Declared]]:
-    """Give the type and the declaration of each field."""
-    hints = get_type_hints(cls, include_extras=True)
-    return {
-        item.name: (hints[item.name].__origin__, hints[item.name].__metadata__[0])
-        for item in fields(cls)
-    }
+    @classmethod
+    def _declarations(cls) -> tuple[Declaration, ...]:
+        hints = get_type_hints(cls, include_extras=True)
+        return tuple(
+            Declaration(
+                item.name,
+                hints[item.name].__origin__,
+                item.default,
+                hints[item.name].__metadata__[0],
+            )
+            for item in fields(cls)
+        )
 
 
 def bad_value(name: str, problem: str, remedy: str) -> InputError:
@@ -127,102 +199,3 @@ def nearest(name: str, known: Iterable[str]) -> str:
     names = sorted(known)
     close = difflib.get_close_matches(name, names, n=1)
     return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
-
-
-def _remedy(hint: object, declared: Declared) -> str:
-    limits = {"at least": declared.minimum, "at most": declared.maximum}
-    given = [f"{word} {limit:g}" for word, limit in limits.items() if limit is not None]
-    return f"give {' '.join([_in_words(hint), *given])}: {declared.description}"
-
-
-def _is_optional(hint: object) -> bool:
-    return get_origin(hint) in (Union, types.UnionType) and type(None) in get_args(hint)
-
-
-def _without_none(hint: object) -> object:
-    return next(h for h in get_args(hint) if h is not type(None))
-
-
-def _in_words(hint: object) -> str:
-    if _is_optional(hint):
-        return f"{_in_words(_without_none(hint))} | none"
-    if get_origin(hint) is Literal:
-        return " | ".join(map(str, get_args(hint)))
-    if get_origin(hint) is tuple:
-        return f"{len(get_args(hint))} x float"
-    return cast("type", hint).__name__
-
-
-def _converted(hint: object, value: object) -> object:
-    if _is_optional(hint):
-        none = value is None or (isinstance(value, str) and value.lower() in ("none", "null"))
-        return None if none else _converted(_without_none(hint), value)
-    if get_origin(hint) is Literal:
-        return _choice(get_args(hint), value)
-    if get_origin(hint) is tuple:
-        return _floats(len(get_args(hint)), value)
-    if hint is bool:
-        return _bool(value)
-    if hint is int:
-        return _int(value)
-    return _float(value)
-
-
-def _shown(value: object) -> str:
-    """Quote a value that the user gave, cut short if it is long."""
-    return reprlib.repr(value)
-
-
-def _choice(choices: tuple[object, ...], value: object) -> object:
-    for choice in choices:
-        # by text, so that "8" is 8; a bool is no number here
-        if str(choice) == str(value):
-            return choice
-    raise ValueError(f"{_shown(value)} is not one of {', '.join(map(str, choices))}")
-
-
-def _bool(value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, str) and value.lower() in ("true", "false"):
-        return value.lower() == "true"
-    raise ValueError(f"{_shown(value)} is neither true nor false")
-
-
-def _int(value: object) -> int:
-    try:
-        number = int(value) if isinstance(value, str) else _float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{_shown(value)} is not a whole number") from None
-    if number != int(number):
-        raise ValueError(f"{_shown(value)} is not a whole number")
-    return int(number)
-
-
-def _float(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise TypeError(f"{_shown(value)} is not a number")
-    try:
-        number = float(value)
-    except ValueError:
-        raise ValueError(f"{_shown(value)} is not a number") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{_shown(value)} is not finite")
-    return number
-
-
-def _floats(count: int, value: object) -> tuple[float, ...]:
-    items = value.split(",") if isinstance(value, str) else value
-    if not isinstance(items, (list, tuple)) or len(items) != count:
-        raise ValueError(f"{_shown(value)} is not {count} numbers")
-    return tuple(_float(item) for item in items)
-
-
-def _check_range(value: object, minimum: float | None, maximum: float | None) -> None:
-    for number in value if isinstance(value, tuple) else (value,):
-        if not isinstance(number, (int, float)) or isinstance(number, bool):
-            continue
-        if minimum is not None and number < minimum:
-            raise ValueError(f"{number:g} is below {minimum:g}")
-        if maximum is not None and number > maximum:
-            raise ValueError(f"{number:g} is above {maximum:g}")

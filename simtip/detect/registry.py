@@ -1,59 +1,132 @@
-"""The detectors that can be chosen by name."""
+"""Every detector that can be chosen, found by what its user calls it: a reference."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TypeAlias
 
 from simtip.detect import lin2020
+from simtip.detect.command import PREFIX as COMMAND
+from simtip.detect.command import command_detector
+from simtip.detect.imported import imported_detector
 from simtip.detect.parameters import FIELD_PREFIX, Parameter, nearest
+from simtip.detect.plugins import Plugin, PluginError, plugins
 from simtip.detect.protocol import ConfiguredDetector, Detector
 from simtip.errors import InputError
 
 _BUILT_IN: Mapping[str, Detector] = MappingProxyType({lin2020.DETECTOR.name: lin2020.DETECTOR})
 
+Reference: TypeAlias = str
+"""A built-in detector's name, a plug-in's, ``package.module:function`` or ``cmd:program ...``."""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A detector as `catalogue` lists it.
+
+    Attributes
+    ----------
+    name
+        By which it is chosen.
+    source
+        Where it comes from.
+    detector
+        The detector, or None if it cannot be used.
+    fault
+        Why it cannot be used; empty if it can.
+    """
+
+    name: str
+    source: str
+    detector: Detector | None
+    fault: str = ""
+
 
 def names() -> tuple[str, ...]:
-    """List the known detectors, sorted."""
-    return tuple(sorted(_BUILT_IN))
+    """List the built-in detectors and the plug-ins, sorted; no plug-in is imported for it."""
+    return tuple(sorted({*_BUILT_IN, *(plugin.name for plugin in _plugins() if not plugin.fault)}))
 
 
-def get(name: str) -> Detector:
-    """Find a detector by its name.
+def catalogue() -> tuple[Listing, ...]:
+    """List the built-in detectors and then the plug-ins, imported, those with a fault as well."""
+    built_in = [Listing(name, "built in", _BUILT_IN[name]) for name in sorted(_BUILT_IN)]
+    return (*built_in, *map(_listed, _plugins()))
+
+
+def get(reference: Reference) -> Detector:
+    """Find a detector.
+
+    Parameters
+    ----------
+    reference
+        A built-in detector's name; else ``cmd:`` and a program with its arguments; else a
+        plug-in's name; else ``package.module:function``. So nothing can shadow a built-in.
 
     Raises
     ------
     InputError
-        No detector has that name; the remedy is the nearest one.
+        There is no such detector (the remedy is the nearest), or it cannot be used.
     """
-    try:
-        return _BUILT_IN[name]
-    except KeyError:
-        raise InputError(
-            f"there is no detector {name!r}",
-            field=f"{FIELD_PREFIX}.name",
-            remedy=nearest(name, names()),
-        ) from None
+    if reference in _BUILT_IN:
+        return _BUILT_IN[reference]
+    if reference.startswith(COMMAND):
+        return command_detector(reference)
+    for plugin in _plugins():
+        if plugin.name == reference:
+            return _loaded(plugin)
+    if ":" in reference:
+        return imported_detector(reference)
+    raise InputError(
+        f"there is no detector {reference!r}",
+        field=f"{FIELD_PREFIX}.name",
+        remedy=nearest(reference, names()),
+    )
 
 
-def parameters_of(name: str) -> tuple[Parameter, ...]:
+def listing(reference: Reference) -> Listing:
+    """Find a detector and say where it comes from; errors are those of `get`."""
+    detector = get(reference)
+    if reference in _BUILT_IN:
+        return Listing(reference, "built in", detector)
+    if reference.startswith(COMMAND):
+        return Listing(reference, "external command", detector)
+    sources = {plugin.name: _source(plugin) for plugin in _plugins()}
+    return Listing(reference, sources.get(reference, "module"), detector)
+
+
+def names_code(reference: Reference) -> bool:
+    """Say whether a reference names a program to start or a module to import.
+
+    A scene file may hold such a reference, but nobody should run code by opening a file: see
+    `simtip.trial.detector_of`. Built-in detectors and installed plug-ins are no such code.
+    """
+    if reference in _BUILT_IN or ":" not in reference:
+        return False
+    return reference.startswith(COMMAND) or reference not in names()
+
+
+def parameters_of(reference: Reference) -> tuple[Parameter, ...]:
     """List what can be set on a detector: names, types, defaults, meanings.
 
     Raises
     ------
     InputError
-        No detector has that name.
+        There is no such detector.
     """
-    return get(name).parameters
+    return get(reference).parameters
 
 
-def configure(name: str, values: Mapping[str, object] | None = None) -> ConfiguredDetector:
+def configure(
+    reference: Reference, values: Mapping[str, object] | None = None
+) -> ConfiguredDetector:
     """Choose a detector and its parameters.
 
     Parameters
     ----------
-    name
-        One of `names`.
+    reference
+        As for `get`.
     values
         Parameters by name; text is converted to the declared type. What is absent keeps its
         default.
@@ -63,4 +136,30 @@ def configure(name: str, values: Mapping[str, object] | None = None) -> Configur
     InputError
         An unknown detector or parameter, or a value that does not fit.
     """
-    return get(name).configure(values or {})
+    return get(reference).configure(values or {})
+
+
+def _plugins() -> tuple[Plugin, ...]:
+    return plugins(frozenset(_BUILT_IN))
+
+
+def _source(plugin: Plugin) -> str:
+    return f"plug-in of {plugin.distribution} ({plugin.value})"
+
+
+def _listed(plugin: Plugin) -> Listing:
+    try:
+        return Listing(plugin.name, _source(plugin), plugin.load())
+    except PluginError as error:
+        return Listing(plugin.name, _source(plugin), None, str(error))
+
+
+def _loaded(plugin: Plugin) -> Detector:
+    try:
+        return plugin.load()
+    except PluginError as error:
+        raise InputError(
+            f"the plug-in {plugin.name!r} cannot be used: {error}",
+            field=f"{FIELD_PREFIX}.name",
+            remedy=f"mend or remove {plugin.distribution}",
+        ) from error
