@@ -14,6 +14,7 @@ from typing import Any
 
 from simtip.camera import Camera, StereoRig
 from simtip.detect import ConfiguredDetector, Image, TipObservation
+from simtip.detect.region import Region, within
 from simtip.errors import InputError
 from simtip.geometry import Array
 from simtip.match import MAX_DISTANCE_PX, StereoMatch, match_tips
@@ -151,6 +152,7 @@ def measure_pair(
     *,
     max_distance_px: float = MAX_DISTANCE_PX,
     method: Method = "svd",
+    regions: tuple[Region | None, Region | None] = (None, None),
 ) -> Measurement:
     """Measure the needle tip on one pair of images.
 
@@ -166,18 +168,24 @@ def measure_pair(
         Largest accepted symmetric epipolar distance.
     method
         Of triangulation; see `simtip.triangulate`.
+    regions
+        Where to look in the left and in the right image; None is everywhere. Results are in
+        pixels of the whole images.
 
     Raises
     ------
     InputError
-        An image is not of the size that the rig says, or a setting of the detector does not suit
-        it.
+        An image is not of the size that the rig says, or a region or a setting of the detector
+        does not suit it.
     """
     require_size("left", left, rig.left)
     require_size("right", right, rig.right)
     timings = dict.fromkeys(("detect", "match", "triangulate"), 0.0)
     with timed(timings, "detect"):
-        seen = _seen("left", left, detector), _seen("right", right, detector)
+        seen = (
+            _seen("left", left, within(detector, regions[0])),
+            _seen("right", right, within(detector, regions[1])),
+        )
     if seen[0].tip_px is None or seen[1].tip_px is None:
         return Measurement(*seen, timings_s=timings)
     with timed(timings, "match"):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from simtip.detect import ConfiguredDetector, configure, parameters_of
+from simtip.detect import ConfiguredDetector, configure, names_code, parameters_of
+from simtip.detect.excerpt import excerpt
+from simtip.errors import InputError
 from simtip.measure import Measurement, measure_pair
 from simtip.measuring_rig import measuring_rig
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, score_tip
 from simtip.simulation import Simulation, simulate
 from simtip.spec import SceneSpec
+from simtip.spec.scene import DetectSpec
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,22 +69,59 @@ def _pixel(error: PixelError | None) -> dict[str, float | None] | None:
     }
 
 
-def detector_of(spec: SceneSpec) -> ConfiguredDetector:
+def detector_of(spec: SceneSpec, allowed: str | None = None) -> ConfiguredDetector:
     """Configure the detector that the scene names.
 
     Above 8 bit, a detector that wants to know what is white is told the sensor's top code.
 
+    Parameters
+    ----------
+    spec
+        The scene.
+    allowed
+        A program or module that the caller is willing to run. A scene is data, often somebody
+        else's: it may name a built-in detector or an installed plug-in, but ``cmd:...`` and
+        ``module:function`` only if they are equal to this.
+
     Raises
     ------
     InputError
-        There is no such detector or parameter, or a value does not fit; `field` begins with
-        ``detect``.
+        There is no such detector or parameter, a value does not fit, or the scene names code that
+        is not allowed; `field` begins with ``detect``.
     """
+    name = spec.detect.name
+    if name != allowed and names_code(name):
+        raise InputError(
+            f"a scene may not start a program or import a module by itself ({excerpt(name)})",
+            field="detect.name",
+            remedy="if you trust it, say the same by --detector, or as run_trial(detector=...)",
+        )
     values = spec.detect.parameters()
-    declared = {parameter.name for parameter in parameters_of(spec.detect.name)}
+    declared = {parameter.name for parameter in parameters_of(name)}
     if spec.sensor.bit_depth > 8 and "full_scale" in declared:
         values.setdefault("full_scale", 2**spec.sensor.bit_depth - 1)
-    return configure(spec.detect.name, values)
+    return configure(name, values)
+
+
+def with_detector(
+    spec: SceneSpec, reference: str | None, settings: Mapping[str, object] | None = None
+) -> SceneSpec:
+    """Give the scene with another detector, or other parameters of its own.
+
+    Parameters
+    ----------
+    spec
+        The scene.
+    reference
+        Which detector (see `simtip.detect.get`); None is the scene's own. The scene's parameters
+        are kept if it is the same one.
+    settings
+        Parameters in place of the scene's.
+    """
+    name = spec.detect.name if reference is None else reference
+    kept = spec.detect.parameters() if name == spec.detect.name else {}
+    values: dict[str, Any] = {**kept, **(settings or {}), "name": name}
+    return spec.model_copy(update={"detect": DetectSpec.model_validate(values)})
 
 
 def run_trial(
@@ -89,16 +130,20 @@ def run_trial(
     seed: int | None = None,
     backend: Backend | None = None,
     progress: Progress | None = None,
-    detector: ConfiguredDetector | None = None,
+    detector: ConfiguredDetector | str | None = None,
 ) -> Trial:
     """Simulate a scene, measure the tip on its images, score it against the truth.
 
-    `detector` is any callable from an image to a `TipObservation`, in place of the scene's own. The
-    other parameters and errors are those of `simtip.simulation.simulate` and `detector_of`. A tip
-    that is not found is no error but a result with its reason. The images are measured with the rig
-    that `rig.measured` names, if it names one; the error is still that against the truth.
+    `detector` is any callable from an image to a `TipObservation`, in place of the scene's own, or
+    names one as `simtip.detect.get` takes it: only so does a program or a module run that the scene
+    names, too. The other parameters and errors are those of `simtip.simulation.simulate` and
+    `detector_of`. A tip that is not found is no error but a result with its reason. The images are
+    measured with the rig that `rig.measured` names, if it names one; the error is still that
+    against the truth.
     """
-    detector = detector or detector_of(spec)
+    if detector is None or isinstance(detector, str):
+        spec = with_detector(spec, detector)
+        detector = detector_of(spec, allowed=detector)
     rig = measuring_rig(spec)
     simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
     truth = simulation.truth

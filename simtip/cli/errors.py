@@ -9,6 +9,7 @@ from typing import Any, NoReturn
 
 import typer
 
+from simtip.detect.excerpt import printable
 from simtip.errors import InputError
 from simtip.scene_file import SceneFile
 
@@ -54,7 +55,7 @@ def usage(error: Any) -> str:
 def fail(message: str, code: int) -> NoReturn:
     """Say it in one line on standard error, and leave with that exit code."""
     # Names of files and keys may hold anything, such as codes that clear the terminal.
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(message.split()))
+    line = printable(" ".join(message.split()))
     if sys.stderr is not None:
         sys.stderr.write(f"simtip: {line}\n")
     sys.exit(code)

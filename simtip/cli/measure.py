@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from simtip.cli.detector_options import as_detector_options, parse_settings
+from simtip.cli.detector_options import (
+    DetectorOption,
+    SettingsOption,
+    as_detector_options,
+    chatter_aside,
+    parse_roi,
+    parse_settings,
+)
+from simtip.cli.errors import as_option
 from simtip.cli.options import JsonOption
 from simtip.cli.output import print_json, to_stdout
 from simtip.detect import configure
@@ -22,10 +30,14 @@ def measure(
         Path,
         typer.Option("--rig", metavar="RIG", help="OpenCV, JSON or Kalibr file, or a ROS pair."),
     ],
-    detector: Annotated[str, typer.Option("--detector", metavar="NAME")] = "lin2020",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Detector parameter; repeatable."),
+    detector: DetectorOption = "lin2020",
+    settings: SettingsOption = None,
+    roi_left: Annotated[
+        str | None,
+        typer.Option("--roi-left", metavar="X,Y,W,H", help="Look there in the left image, px."),
+    ] = None,
+    roi_right: Annotated[
+        str | None, typer.Option("--roi-right", metavar="X,Y,W,H", help="Likewise in the right.")
     ] = None,
     method: Annotated[
         Method, typer.Option("--method", help="How two rays become one point.")
@@ -41,8 +53,9 @@ def measure(
     from simtip.measure import measure_pair, require_size
     from simtip.rig_file import read_rig
 
-    with as_detector_options():
-        configured = configure(detector, parse_settings(settings or []))
+    with as_detector_options(), chatter_aside():
+        configured = configure(detector, parse_settings(settings))
+    regions = parse_roi(roi_left, "--roi-left"), parse_roi(roi_right, "--roi-right")
     if not max_distance_px > 0:
         raise InputError(
             f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
@@ -56,7 +69,13 @@ def measure(
     remedy = f"give the rig that took the images, not {rig}, or images of that size"
     require_size("left", image_left, cameras.left, file=left, remedy=remedy)
     require_size("right", image_right, cameras.right, file=right, remedy=remedy)
-    with as_detector_options():
+    for side, region, image in zip(
+        ("left", "right"), regions, (image_left, image_right), strict=True
+    ):
+        if region is not None:
+            with as_option(f"--roi-{side}"):
+                region.check(image.shape)
+    with as_detector_options(), chatter_aside():
         measurement = measure_pair(
             image_left,
             image_right,
@@ -64,6 +83,7 @@ def measure(
             configured,
             max_distance_px=max_distance_px,
             method=method,
+            regions=regions,
         )
     names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
     result = {**names, **measurement.to_dict()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -10,6 +11,8 @@ import typer
 from simtip.cli.boards import boards
 from simtip.cli.calibrate import calibrate
 from simtip.cli.camera import camera
+from simtip.cli.detect import detect
+from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
 from simtip.cli.errors import INTERRUPTED, ClickError, fail, usage
 from simtip.cli.measure import measure
@@ -44,9 +47,15 @@ def _root(
         raise typer.Exit(2)
 
 
-# In the order of `simtip --help`.
-for command in (run, render, remix, measure, rig, boards, calibrate, camera, doctor, schema):
+COMMANDS: tuple[Callable[..., None], ...] = (
+    *(run, render, remix, measure, detect),
+    *(rig, boards, calibrate, camera, doctor, schema),
+)
+"""In the order of `simtip --help`, which lists groups last."""
+
+for command in COMMANDS:
     app.command()(command)
+app.add_typer(detectors, name="detectors")
 
 
 def main(arguments: list[str] | None = None) -> None:

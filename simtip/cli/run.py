@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
+from simtip.cli.detector_options import (
+    SettingsOption,
+    as_detector_options,
+    chatter_aside,
+    parse_settings,
+)
 from simtip.cli.errors import located
 from simtip.cli.options import BackendOption, JsonOption, OutOption, SceneArgument, SeedOption
 from simtip.cli.output import print_json, say_where, to_stdout
@@ -13,6 +23,11 @@ def run(
     out: OutOption = None,
     seed: SeedOption = None,
     backend: BackendOption = None,
+    detector: Annotated[
+        str | None,
+        typer.Option("--detector", metavar="REF", help="Instead of the scene's own detector."),
+    ] = None,
+    settings: SettingsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene, measure the needle tip, score it against the truth."""
@@ -20,14 +35,19 @@ def run(
     from simtip.output_folder import OutputFolder, result_folder
     from simtip.render import choose
     from simtip.result_folder import write_manifest, write_simulation, write_trial
-    from simtip.trial import run_trial
+    from simtip.trial import detector_of, run_trial, with_detector
 
     source = read_scene(scene)
     if out is not None:
         OutputFolder(out).check()
+    values = parse_settings(settings)
+    spec = with_detector(source.spec, detector, values)
+    given = {*values, *(() if detector is None else ("name",))}
+    with located(source), as_detector_options(given), chatter_aside():
+        configured = detector_of(spec, allowed=detector)
     chosen = choose(backend)
-    with located(source), progress_bar("rendering") as progress:
-        trial = run_trial(source.spec, seed=seed, backend=chosen, progress=progress)
+    with located(source), progress_bar("rendering") as progress, chatter_aside():
+        trial = run_trial(spec, seed=seed, backend=chosen, progress=progress, detector=configured)
     result = trial.to_dict()
     if out is not None:
         with result_folder(out) as folder:

@@ -3,7 +3,17 @@
 from simtip.detect.observation import TipObservation, TipStatus
 from simtip.detect.parameters import DetectorParameters, Parameter
 from simtip.detect.protocol import ConfiguredDetector, Detector, FunctionDetector, Image
-from simtip.detect.registry import configure, get, names, parameters_of
+from simtip.detect.region import Region, parse_region
+from simtip.detect.registry import (
+    Listing,
+    catalogue,
+    configure,
+    get,
+    listing,
+    names,
+    names_code,
+    parameters_of,
+)
 
 __all__ = [
     "ConfiguredDetector",
@@ -11,11 +21,17 @@ __all__ = [
     "DetectorParameters",
     "FunctionDetector",
     "Image",
+    "Listing",
     "Parameter",
+    "Region",
     "TipObservation",
     "TipStatus",
+    "catalogue",
     "configure",
     "get",
+    "listing",
     "names",
+    "names_code",
     "parameters_of",
+    "parse_region",
 ]

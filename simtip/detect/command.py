@@ -17,6 +17,7 @@ from simtip.detect.protocol import Image
 from simtip.detect.template import IMAGE, Template, parse_template
 
 PREFIX = "cmd:"
+SUMMARY = "an image file in, JSON on standard output out"
 
 OWN = (
     Declaration(
@@ -61,7 +62,7 @@ def command_detector(reference: str) -> GuardedDetector:
         return _Command(template, values_of(declarations, values))
 
     parameters = tuple(declaration.parameter for declaration in declarations)
-    return GuardedDetector(reference, "external command", parameters, prepare)
+    return GuardedDetector(reference, SUMMARY, parameters, prepare)
 
 
 class _Command:

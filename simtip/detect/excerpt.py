@@ -14,5 +14,9 @@ def excerpt(text: str, limit: int = LIMIT) -> str:
     if len(line) > limit:
         head = limit // 3
         line = f"{line[:head]} ... {line[head + 5 - limit :]}"
-    # Codes that clear a terminal, and halves of characters that no file can hold.
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return printable(line)
+
+
+def printable(text: str) -> str:
+    """Show what a terminal might obey, or cannot show, as the escape that Python has for it."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

@@ -40,7 +40,7 @@ class Inset:
         if line is not None:
             normal = line[:2]
             line = np.append(normal, self.factor * line[2] - normal @ self.point(np.zeros(2)))
-        return Marks(true, detected, line, marks.axis)
+        return Marks(true, detected, line, marks.axis, marks.detected_axis)
 
     def outline_source(self, view: Picture) -> None:
         """Draw a frame around the block in the image."""

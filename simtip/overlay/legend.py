@@ -66,7 +66,10 @@ def _key(marks: Marks, inset: Inset | None, shape: tuple[int, ...]) -> list[Row]
     for mark, point in (("true", marks.true), ("detected", marks.detected)):
         if point is not None:
             where = "" if is_inside(point, shape) else " (outside the image)"
-            rows.append((f"{mark} tip{where}", mark))
+            what = (
+                "tip and axis" if mark == "detected" and marks.detected_axis is not None else "tip"
+            )
+            rows.append((f"{mark} {what}{where}", mark))
     if marks.line is not None:
         seen = Box(0, 0, shape[1], shape[0]).crossed_by(marks.line)
         rows.append((f"epipolar line{'' if seen else ' (outside the image)'}", "line"))

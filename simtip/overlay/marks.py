@@ -35,13 +35,14 @@ WHITE: Color = (255, 255, 255)
 class Marks:
     """What is to be drawn, px of the picture drawn on: points, a line and a direction.
 
-    The line is scaled so that a u + b v + c is the distance in px, the axis to length 1.
+    The line is scaled so that a u + b v + c is the distance in px, the axes to length 1.
     """
 
     true: Array | None = None
     detected: Array | None = None
     line: Array | None = None
     axis: Array | None = None
+    detected_axis: Array | None = None
 
     def tips(self, shape: tuple[int, ...]) -> list[Array]:
         """Give the tips that lie in an image of this shape, the true one first."""
@@ -54,7 +55,7 @@ def is_inside(point: Array, shape: tuple[int, ...]) -> bool:
 
 
 def draw_marks(picture: Picture, marks: Marks, *, reach: float, stroke: float, halo: float) -> None:
-    """Draw the line, the true tip and the detected one, as far as there are such.
+    """Draw the lines, the true tip and the detected one, as far as there are such.
 
     Sizes are in px: how far the cross reaches from its centre, the breadth of its strokes, and
     that of the white rim around.
@@ -76,6 +77,13 @@ def draw_marks(picture: Picture, marks: Marks, *, reach: float, stroke: float, h
         v, u = np.ogrid[: picture.shape[0], : picture.shape[1]]
         off_line = np.abs(a * u + (b * v + c)) - max(0.5, 0.4 * stroke)
         _paint(picture, off_line, LINE_COLOR, halo, 0.4)
+    if marks.detected is not None and marks.detected_axis is not None:
+        (u0, v0), (a, b) = marks.detected, marks.detected_axis
+        v, u = np.ogrid[: picture.shape[0], : picture.shape[1]]
+        x, y = u - u0, v - v0
+        beyond_ring = np.maximum(0, radius + stroke - (a * x + b * y))
+        off_axis = np.hypot(a * y - b * x, beyond_ring) - max(0.5, 0.3 * stroke)
+        _paint(picture, off_axis, DETECTED_COLOR, 0, 0)
     for point, shape, color in (
         (marks.true, cross, TRUE_COLOR),
         (marks.detected, ring, DETECTED_COLOR),

@@ -22,6 +22,7 @@ def draw_view(
     tip_detected_px: ArrayLike | None = None,
     epipolar_line: ArrayLike | None = None,
     axis_px: ArrayLike | None = None,
+    axis_detected_px: ArrayLike | None = None,
     reason: str | None = None,
     white_dn: float | None = None,
 ) -> Picture:
@@ -45,6 +46,8 @@ def draw_view(
         (2,) direction from tip to hub in the image. With it the error, detected - true, is written
         along the axis (positive towards the hub) and across it (positive along (-axis_v, axis_u),
         the axis turned 90 degrees clockwise as seen); without it only its length.
+    axis_detected_px
+        (2,) direction from the detected tip to the hub: a thin vermilion line from the ring on.
     reason
         Why there is no detection, or another remark.
     white_dn
@@ -67,6 +70,7 @@ def draw_view(
         detected=_numbers(tip_detected_px, 2, "tip_detected_px"),
         line=_numbers(epipolar_line, 3, "epipolar_line", directed=True),
         axis=_numbers(axis_px, 2, "axis_px", directed=True),
+        detected_axis=_numbers(axis_detected_px, 2, "axis_detected_px", directed=True),
     )
     # One px of a picture shown about 800 px wide.
     unit = max(0.35, min(clean.shape[1] / 800, clean.shape[0] / 450))
