@@ -89,9 +89,11 @@ def _entry_points() -> Iterator[Plugin]:
         try:
             # Metadata of others: one broken package must hide no other.
             with foreign_code():
+                points = [point for point in distribution.entry_points if point.group == GROUP]
+                if not points:
+                    continue
                 name = str(distribution.metadata["Name"])
                 label = excerpt(f"{name} {distribution.version}", 80)
-                points = [point for point in distribution.entry_points if point.group == GROUP]
         except ForeignCodeError:
             continue
         # Of a package that is found twice, Python imports the first.

@@ -36,7 +36,8 @@ def commands() -> list[list[str]]:
 
 def test_every_command_is_shown():
     assert {command[1] for command in commands()} == {
-        command.name or command.callback.__name__ for command in app.registered_commands
+        *(command.name or command.callback.__name__ for command in app.registered_commands),
+        *(group.name for group in app.registered_groups),
     }
 
 
