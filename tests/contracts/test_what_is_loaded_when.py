@@ -27,6 +27,8 @@ COMMANDS = (
     ["schema"],
     ["rig", str(SCENE)],
     ["measure", "--rig", "rig.yaml", "left.png", "right.png", "--json"],
+    ["detect", "left.png", "--json"],
+    ["detectors"],
 )
 
 # One process does all of it in turn and says after each step what it has loaded.
