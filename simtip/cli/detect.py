@@ -13,13 +13,11 @@ from simtip.cli.detector_options import (
     DetectorOption,
     SettingsOption,
     as_detector_options,
-    chatter_aside,
+    configured,
     parse_roi,
-    parse_settings,
 )
 from simtip.cli.errors import as_option
 from simtip.cli.output import say, say_where, to_stdout
-from simtip.detect import configure
 
 
 def detect(
@@ -46,8 +44,7 @@ def detect(
     from simtip.output_folder import OutputFolder, result_folder
 
     region = parse_roi(roi, "--roi")
-    with as_detector_options(), chatter_aside():
-        configured = configure(detector, parse_settings(settings))
+    chosen = configured(detector, settings)
     if overlay is not None:
         OutputFolder(overlay).check()
     shapes = check_images(images)
@@ -60,11 +57,10 @@ def detect(
         as_detector_options(),
         nullcontext() if overlay is None else result_folder(overlay) as folder,
         progress_bar("detecting") as progress,
-        chatter_aside(),
     ):
         writer = None if folder is None else OverlayWriter(folder)
         for seen in detections(
-            images, configured, region=region, layers=overlay is not None, report=progress
+            images, chosen, region=region, layers=overlay is not None, report=progress
         ):
             found.append(seen.to_dict())
             if writer is not None:

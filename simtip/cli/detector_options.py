@@ -10,7 +10,14 @@ from typing import Annotated
 import typer
 
 from simtip.cli.errors import as_option
-from simtip.detect import Region, parse_region
+from simtip.detect import (
+    ConfiguredDetector,
+    Image,
+    Region,
+    TipObservation,
+    configure,
+    parse_region,
+)
 from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError
 
@@ -75,3 +82,20 @@ def chatter_aside() -> Iterator[None]:
     """Send what a user's detector prints to standard error: standard output is for the result."""
     with redirect_stdout(sys.stderr):
         yield
+
+
+def configured(reference: str, settings: list[str] | None) -> ConfiguredDetector:
+    """Set up the detector that the options name; its chatter goes to standard error."""
+    with as_detector_options(), chatter_aside():
+        detector = configure(reference, parse_settings(settings))
+    return quiet(detector)
+
+
+def quiet(detector: ConfiguredDetector) -> ConfiguredDetector:
+    """Send what the detector prints, whenever it looks at an image, to standard error."""
+
+    def detect(image: Image, *, layers: bool = False) -> TipObservation:
+        with chatter_aside():
+            return detector(image, layers=layers)
+
+    return detect

@@ -11,14 +11,12 @@ from simtip.cli.detector_options import (
     DetectorOption,
     SettingsOption,
     as_detector_options,
-    chatter_aside,
+    configured,
     parse_roi,
-    parse_settings,
 )
 from simtip.cli.errors import as_option
 from simtip.cli.options import JsonOption
 from simtip.cli.output import print_json, to_stdout
-from simtip.detect import configure
 from simtip.errors import InputError
 from simtip.triangulate import Method
 
@@ -53,8 +51,7 @@ def measure(
     from simtip.measure import measure_pair, require_size
     from simtip.rig_file import read_rig
 
-    with as_detector_options(), chatter_aside():
-        configured = configure(detector, parse_settings(settings))
+    chosen = configured(detector, settings)
     regions = parse_roi(roi_left, "--roi-left"), parse_roi(roi_right, "--roi-right")
     if not max_distance_px > 0:
         raise InputError(
@@ -75,12 +72,12 @@ def measure(
         if region is not None:
             with as_option(f"--roi-{side}"):
                 region.check(image.shape)
-    with as_detector_options(), chatter_aside():
+    with as_detector_options():
         measurement = measure_pair(
             image_left,
             image_right,
             cameras,
-            configured,
+            chosen,
             max_distance_px=max_distance_px,
             method=method,
             regions=regions,

@@ -11,6 +11,7 @@ from simtip.cli.detector_options import (
     as_detector_options,
     chatter_aside,
     parse_settings,
+    quiet,
 )
 from simtip.cli.errors import located
 from simtip.cli.options import BackendOption, JsonOption, OutOption, SceneArgument, SeedOption
@@ -44,10 +45,12 @@ def run(
     spec = with_detector(source.spec, detector, values)
     given = {*values, *(() if detector is None else ("name",))}
     with located(source), as_detector_options(given), chatter_aside():
-        configured = detector_of(spec, allowed=detector)
+        chosen_detector = quiet(detector_of(spec, allowed=detector))
     chosen = choose(backend)
-    with located(source), progress_bar("rendering") as progress, chatter_aside():
-        trial = run_trial(spec, seed=seed, backend=chosen, progress=progress, detector=configured)
+    with located(source), progress_bar("rendering") as progress:
+        trial = run_trial(
+            spec, seed=seed, backend=chosen, progress=progress, detector=chosen_detector
+        )
     result = trial.to_dict()
     if out is not None:
         with result_folder(out) as folder:
