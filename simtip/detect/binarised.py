@@ -8,7 +8,15 @@ from bisect import bisect_left
 import cv2
 import numpy as np
 
-from simtip.detect.gray import LUMA_WEIGHTS, Gray, check_image, level, to_gray, white_of
+from simtip.detect.gray import (
+    LUMA_WEIGHTS,
+    Gray,
+    check_full_scale,
+    check_image,
+    level,
+    to_gray,
+    white_of,
+)
 from simtip.detect.protocol import Image
 
 SLACK_DN = {np.dtype(np.uint8): 1, np.dtype(np.uint16): 8}
@@ -48,7 +56,8 @@ def binarised(
     InputError
         As `to_gray`.
     """
-    check_image(image, full_scale)
+    check_image(image)
+    check_full_scale(image, full_scale)
     white = white_of(image, full_scale)
     image = np.ascontiguousarray(image)
     if image.ndim == 2:

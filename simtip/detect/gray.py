@@ -53,7 +53,8 @@ def to_gray(
         Another shape or type, no pixel at all, a `full_scale` with an 8-bit image, or a pixel
         above `full_scale`.
     """
-    check_image(image, full_scale)
+    check_image(image)
+    check_full_scale(image, full_scale)
     if image.ndim == 2 and image.dtype == np.uint8:
         return np.array(image, dtype=np.uint8, order="C")
     gray = np.empty(image.shape[:2], dtype=np.uint8)
@@ -86,14 +87,8 @@ def white_of(image: Image, full_scale: int | None) -> int:
     return 255 if image.dtype == np.uint8 else full_scale or 65535
 
 
-def check_image(image: Image, full_scale: int | None) -> None:
-    """Refuse what is no image of a supported kind.
-
-    Raises
-    ------
-    InputError
-        As in `to_gray`.
-    """
+def check_image(image: Image) -> None:
+    """Raise `InputError` for what is not an image of a supported kind with at least one pixel."""
     if not isinstance(image, np.ndarray) or image.dtype not in (np.uint8, np.uint16):
         kind = image.dtype if isinstance(image, np.ndarray) else type(image).__name__
         raise InputError(f"the image is {kind}", remedy="give an array of uint8 or uint16")
@@ -103,6 +98,10 @@ def check_image(image: Image, full_scale: int | None) -> None:
             f"the image has the shape {shape or 'of a number'}",
             remedy="give (H, W) gray or (H, W, 3) RGB with at least one pixel",
         )
+
+
+def check_full_scale(image: Image, full_scale: int | None) -> None:
+    """Raise `InputError` for a white level that an image cannot have."""
     if full_scale is None:
         return
     if image.dtype == np.uint8:
