@@ -37,6 +37,11 @@ def on_a_grid_of_two(image, _p, *, layers=False):
     return seen if seen.tip_px is None else TipObservation.found(seen.tip_px // 2 * 2)
 
 
+def axis_to_the_tip(image, _p, *, layers=False):
+    seen = lin2020.detect(image, layers=layers)
+    return seen if not seen.ok else TipObservation.found(seen.tip_px, axis_px=[0.0, 1.0])
+
+
 def always_at_the_origin(_image, _p, **_layers):
     return TipObservation.found([0, 0])
 

@@ -16,6 +16,7 @@ from simtip.errors import InputError
 
 CAUGHT = {
     "finds a needle that points down": bad.far_off,
+    "its axis points to the hub": bad.axis_to_the_tip,
     "in pictures of any shape": bad.far_off,
     "picture moved by whole pixels": bad.on_a_grid_of_two,
     "picture mirrored": bad.half_a_pixel_to_the_right,
@@ -36,6 +37,7 @@ CAUGHT = {
 }
 
 ALONE = (
+    bad.axis_to_the_tip,
     bad.half_a_pixel_to_the_right,
     bad.lost_in_bright_pictures,
     bad.wrong_in_16_bits,
@@ -56,7 +58,7 @@ def broken(function):
 
 def test_a_planted_fault_is_known_for_every_case():
     assert set(CAUGHT) == {case.name for case in CASES}
-    assert len(CASES) == 24
+    assert len(CASES) == 25
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
@@ -115,7 +117,7 @@ def test_the_lines_say_what_broke_and_what_is_merely_not_so():
         "FAILED  picture mirrored                  1.00 px apart at worst, 1.00 px on the mean"
     ]
     assert any(line.startswith("no      at any angle") for line in lines)
-    assert lines[-1] == "half_a_pixel_to_the_right fails 1 of 20 required cases"
+    assert lines[-1] == "half_a_pixel_to_the_right fails 1 of 21 required cases"
     assert all("\n" not in line for line in lines)
 
 

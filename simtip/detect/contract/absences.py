@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -69,6 +70,11 @@ def _noise(probe: Probe) -> Verdict:
 
 def dust() -> Image:
     """Draw grains up to 6 px in radius and scratches up to 2 px wide."""
+    return _dust_drawn().copy()
+
+
+@cache
+def _dust_drawn() -> Image:
     rng = stream(0, "detector contract", "dust")
     grains = [disc(rng.uniform(10, 280, 2), r) for r in rng.uniform(0.5, 6, 40)]
     scratches = [

@@ -21,6 +21,8 @@ PLACES = tuple(Needle((150.3 + 0.17 * k, 300.4 + 0.13 * k)) for k in range(4))
 
 ALONG_PX, ACROSS_PX = 8.0, 2.0
 """How far off a tip may be. A threshold falls short of a conical tip by a few pixels."""
+AXIS_DEGREES = 5.0
+"""How far an axis may be off, if one is given."""
 MOVED_PX = 0.05
 """How far a tip may miss the shift of a picture by whole pixels."""
 MIRRORED_PX, MIRRORED_MEAN_PX = 1.0, 0.5
@@ -87,6 +89,17 @@ def _badness(pair: tuple[TipObservation, Needle]) -> float:
 
 def _finds(probe: Probe) -> Verdict:
     return _all_near((probe.see(plain(needle)), needle) for needle in PLACES)
+
+
+def _points_to_hub(probe: Probe) -> Verdict:
+    away = []
+    for needle in PLACES:
+        seen = probe.see(plain(needle))
+        if seen.axis_px is None:
+            raise NotApplicableError("it gives no axis")
+        cosine = np.clip(seen.axis_px @ needle.axis, -1, 1)
+        away.append(float(np.degrees(np.arccos(cosine))))
+    return Verdict(max(away) <= AXIS_DEGREES, f"{max(away):.1f} degrees away at worst")
 
 
 def _finds_in_any_shape(probe: Probe) -> Verdict:
@@ -170,6 +183,7 @@ def _at_any_angle(probe: Probe) -> Verdict:
 
 NEEDLE_CASES = (
     Case("finds a needle that points down", _finds),
+    Case("its axis points to the hub", _points_to_hub),
     Case("in pictures of any shape", _finds_in_any_shape),
     Case("picture moved by whole pixels", _moves),
     Case("picture mirrored", _mirrors),
