@@ -1,4 +1,4 @@
-"""`simtip detectors`: which there are, and what can be set on them."""
+"""`simtip detectors`: which there are, what can be set on them, do they keep the contract."""
 
 from __future__ import annotations
 
@@ -8,13 +8,21 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from simtip.cli.detector_options import as_detector_options, chatter_aside
+from simtip.cli.detector_options import (
+    SettingsOption,
+    as_detector_options,
+    chatter_aside,
+    configured,
+    parse_settings,
+)
 from simtip.cli.options import JsonOption
 from simtip.cli.output import print_json, say, to_stdout
 from simtip.detect import Listing, catalogue
 from simtip.detect import listing as find
 
 SHOW = "show"
+BROKEN = 1
+"""Exit code of `check` for a detector that breaks the contract."""
 
 
 class _DetectorsGroup(TyperGroup):
@@ -58,6 +66,29 @@ def show(
         print_json(found)
         return
     _show([found])
+
+
+@detectors.command("check")
+def check_contract(
+    context: typer.Context,
+    reference: Annotated[str, typer.Argument(metavar="REF", help="As for --detector.")],
+    settings: SettingsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run one detector through the contract that all have to keep; exit code 1 if it breaks it."""
+    from simtip.console import progress_bar
+    from simtip.detect.contract import check, report_lines
+    from simtip.detect.excerpt import printable
+
+    configured(reference, settings)  # errors are found here, where they know the options' names
+    with progress_bar("checking") as progress:
+        report = check(reference, parse_settings(settings), progress=progress)
+    if as_json or context.obj:
+        print_json(report.to_dict())
+    else:
+        say("\n".join(map(printable, report_lines(report))))
+    if not report.ok:
+        raise typer.Exit(BROKEN)
 
 
 def _show(found: list[dict[str, Any]]) -> None:

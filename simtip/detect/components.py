@@ -63,13 +63,25 @@ def needle_axis(binary: Gray, tip_px: Array, connectivity: Connectivity = 8) -> 
     if not near.any():
         return None
     label = int(np.bincount(near[near > 0]).argmax())
-    vs, us = np.nonzero(labels == label)
-    pixels = np.stack([us, vs], axis=1).astype(np.float64)
-    centroid = pixels.mean(axis=0)
-    centred = pixels - centroid
-    variances, directions = np.linalg.eigh(centred.T @ centred / len(pixels))
+    count, sums, second = _moments(labels == label)
+    variances, directions = np.linalg.eigh(second)
     # 1/12: a pixel is a square, so a line one pixel wide is no line of width 0
     if variances[1] + 1 / 12 < MIN_ELONGATION**2 * (variances[0] + 1 / 12):
         return None
     axis: Array = directions[:, 1]
-    return axis if axis @ (centroid - tip_px) >= 0 else -axis
+    towards = np.array([sums[0] - count * tip_px[0], sums[1] - count * tip_px[1]])
+    return axis if axis @ towards >= 0 else -axis
+
+
+def _moments(mask: NDArray[np.bool_]) -> tuple[int, tuple[int, int], Array]:
+    """Count pixels, sum u and v, and work out the covariance of (u, v), (2, 2) px^2.
+
+    Sums are whole numbers, so a part of the image gives the covariance of all of it, to the bit.
+    """
+    vs, us = np.nonzero(mask)
+    n, s_u, s_v = len(us), int(us.sum()), int(vs.sum())
+    uu = n * int((us * us).sum()) - s_u * s_u
+    uv = n * int((us * vs).sum()) - s_u * s_v
+    vv = n * int((vs * vs).sum()) - s_v * s_v
+    covariance = np.array([[uu / n**2, uv / n**2], [uv / n**2, vv / n**2]])
+    return n, (s_u, s_v), covariance

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import ndimage
 
-from simtip.detect import lin2020
+from simtip.detect import lin2020_steps as steps
 from simtip.detect.components import needle_axis
 from simtip.detect.gray import to_gray
 from simtip.errors import InputError
@@ -130,31 +130,31 @@ def test_full_scale_is_refused_where_it_cannot_be_right():
 )
 def test_median_is_that_of_the_window_with_the_border_repeated(image, window):
     expected = ndimage.median_filter(image, size=window, mode="nearest")
-    assert np.array_equal(lin2020.median_filter(image, window), expected)
+    assert np.array_equal(steps.median_filter(image, window), expected)
 
 
 def test_median_of_five_takes_twelve_outliers_but_not_thirteen():
     image = white(9, 9)
     image[2:5, 2:6] = 0
-    assert lin2020.median_filter(image, 5)[4, 4] == 255
+    assert steps.median_filter(image, 5)[4, 4] == 255
     image[5, 2] = 0
-    assert lin2020.median_filter(image, 5)[4, 4] == 0
+    assert steps.median_filter(image, 5)[4, 4] == 0
 
 
 @pytest.mark.parametrize("window", [0, 2, -3])
 def test_an_even_window_is_an_input_error(window):
     with pytest.raises(InputError, match=r"detect\.median_window"):
-        lin2020.median_filter(white(4, 4), window)
+        steps.median_filter(white(4, 4), window)
 
 
 # --- threshold ------------------------------------------------------------------------------
 
 
 def test_a_pixel_at_the_threshold_is_background():
-    assert lin2020.binarise(np.array([[104, 105, 106]], np.uint8)).tolist() == [[0, 255, 255]]
+    assert steps.binarise(np.array([[104, 105, 106]], np.uint8)).tolist() == [[0, 255, 255]]
     ramp = np.arange(256, dtype=np.uint8)[None]
     for threshold in (1, 128, 255):
-        assert (lin2020.binarise(ramp, threshold) == 0).sum() == threshold
+        assert (steps.binarise(ramp, threshold) == 0).sum() == threshold
 
 
 # --- components -----------------------------------------------------------------------------
@@ -163,9 +163,9 @@ def test_a_pixel_at_the_threshold_is_background():
 def test_a_component_of_exactly_the_area_stays_and_one_less_goes():
     image = white(200, 200)
     image[10:70, 10:85] = 0  # 60 x 75 = 4500
-    assert np.array_equal(lin2020.remove_small_components(image), image)
+    assert np.array_equal(steps.remove_small_components(image), image)
     image[10, 10] = 255
-    assert lin2020.remove_small_components(image).min() == 255
+    assert steps.remove_small_components(image).min() == 255
 
 
 def test_small_dark_components_go_and_bright_holes_stay_unless_asked():
@@ -183,15 +183,15 @@ def test_small_dark_components_go_and_bright_holes_stay_unless_asked():
     hole_filled[2, 3] = 0
     both = np.where(hole_filled == 0, hole_filled, dark_gone)
     both[3, 7] = 255
-    assert np.array_equal(lin2020.remove_small_components(image, 3), dark_gone)
-    assert np.array_equal(lin2020.remove_small_components(image, 3, 8, "bright"), hole_filled)
-    assert np.array_equal(lin2020.remove_small_components(image, 3, 8, "both"), both)
+    assert np.array_equal(steps.remove_small_components(image, 3), dark_gone)
+    assert np.array_equal(steps.remove_small_components(image, 3, 8, "bright"), hole_filled)
+    assert np.array_equal(steps.remove_small_components(image, 3, 8, "both"), both)
 
 
 def test_connectivity_decides_about_diagonal_neighbours():
     image = drawn(["#.....", ".#....", "..#..."])
-    assert np.array_equal(lin2020.remove_small_components(image, 3, 8), image)
-    assert lin2020.remove_small_components(image, 3, 4).min() == 255
+    assert np.array_equal(steps.remove_small_components(image, 3, 8), image)
+    assert steps.remove_small_components(image, 3, 4).min() == 255
 
 
 @LIKE_PROPERTY
@@ -202,16 +202,16 @@ def test_removal_agrees_with_scipy(dark, area, connectivity):
     sizes = ndimage.sum_labels(dark, labels, range(count + 1))
     kept = dark & (sizes >= area)[labels]
     image = np.where(dark, 0, 255).astype(np.uint8)
-    result = lin2020.remove_small_components(image, area, connectivity)
+    result = steps.remove_small_components(image, area, connectivity)
     assert np.array_equal(result == 0, kept)
     assert set(np.unique(result)) <= {0, 255}
 
 
 def test_only_the_largest_is_kept_on_request():
     image = drawn(["##..###", "##..###", ".......", "#######"])
-    kept = lin2020.keep_largest_component(image)
+    kept = steps.keep_largest_component(image)
     assert np.array_equal(kept == 0, [[False] * 7, [False] * 7, [False] * 7, [True] * 7])
-    assert np.array_equal(lin2020.keep_largest_component(white(3, 3)), white(3, 3))
+    assert np.array_equal(steps.keep_largest_component(white(3, 3)), white(3, 3))
 
 
 # --- edges and the lowest of them -----------------------------------------------------------
@@ -220,7 +220,7 @@ def test_only_the_largest_is_kept_on_request():
 def test_edges_of_a_hanging_bar_outline_it_and_end_on_its_last_row():
     image = white(40, 40)
     image[0:20, 15:20] = 0
-    edge = lin2020.edges(image)
+    edge = steps.edges(image)
     assert set(np.unique(edge)) == {0, 255}
     assert np.flatnonzero(edge.any(axis=1)).tolist() == list(range(20))
     assert np.flatnonzero(edge[19]).tolist() == [15, 16, 17, 18, 19]
@@ -229,7 +229,7 @@ def test_edges_of_a_hanging_bar_outline_it_and_end_on_its_last_row():
 def test_lowest_edge_pixel_is_the_largest_v_and_a_point_is_u_then_v():
     edge = np.zeros((10, 20), np.uint8)
     edge[2, 3] = edge[7, 12] = edge[6, 1] = 255
-    assert lin2020.lowest_edge_pixel(edge).tolist() == [12, 7]
+    assert steps.lowest_edge_pixel(edge).tolist() == [12, 7]
 
 
 @pytest.mark.parametrize(
@@ -249,11 +249,11 @@ def test_ties_on_the_lowest_row_are_settled_as_asked(columns, ties, u):
     edge = np.zeros((10, 20), np.uint8)
     edge[3] = 255
     edge[8, columns] = 255
-    assert lin2020.lowest_edge_pixel(edge, ties).tolist() == [u, 8]
+    assert steps.lowest_edge_pixel(edge, ties).tolist() == [u, 8]
 
 
 def test_no_edge_has_no_lowest_pixel():
-    assert lin2020.lowest_edge_pixel(np.zeros((5, 5), np.uint8)) is None
+    assert steps.lowest_edge_pixel(np.zeros((5, 5), np.uint8)) is None
 
 
 # --- axis -----------------------------------------------------------------------------------

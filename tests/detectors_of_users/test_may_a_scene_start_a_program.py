@@ -79,6 +79,7 @@ def test_python_refuses_it_too_unless_told(trap):
     assert detector_of(spec, allowed=trap.reference) is not None
 
 
+@pytest.mark.slow
 def test_the_same_reference_on_the_command_line_lets_it_run(trap, ask):
     answer = ask("run", trap.scene, "--detector", trap.reference, "--json")
     assert answer.code == 0, answer.err
