@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeAlias
 
-from simtip.detect import lin2020
+from simtip.detect import lin2020, subpixel
 from simtip.detect.command import PREFIX as COMMAND
 from simtip.detect.command import command_detector
 from simtip.detect.imported import imported_detector
@@ -16,7 +16,9 @@ from simtip.detect.plugins import Plugin, PluginError, plugins
 from simtip.detect.protocol import ConfiguredDetector, Detector
 from simtip.errors import InputError
 
-_BUILT_IN: Mapping[str, Detector] = MappingProxyType({lin2020.DETECTOR.name: lin2020.DETECTOR})
+_BUILT_IN: Mapping[str, Detector] = MappingProxyType(
+    {one.name: one for one in (lin2020.DETECTOR, subpixel.DETECTOR)}
+)
 
 Reference: TypeAlias = str
 """A built-in detector's name, a plug-in's, ``package.module:function`` or ``cmd:program ...``."""

@@ -1,0 +1,278 @@
+"""All that can be found out about a needle in one picture: shaft, tip, and how well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.detect.gray import Gray
+from simtip.detect.observation import TipStatus
+from simtip.detect.protocol import Image
+from simtip.detect.subpixel.bands import Band, find_bands
+from simtip.detect.subpixel.frame import Frame
+from simtip.detect.subpixel.gray import coarse_gray, mean_gray
+from simtip.detect.subpixel.outline import FAMILIES
+from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
+from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, fit
+from simtip.detect.subpixel.sight import tilt
+from simtip.detect.subpixel.start import wedge_start
+from simtip.detect.subpixel.tip import Scenery, TipFit, fit_tip, scenery_of
+from simtip.detect.subpixel.trace import Trace, trace
+from simtip.geometry import Array
+
+LEAST_ROWS = 24
+"""Of shaft, to fit it."""
+
+MOST_DEPTH_PX = 160.0
+"""Of a tip's own rows that are compared."""
+
+CLEAR_PX = 4
+"""Between a tip's end and the shaft's last row."""
+
+START_VARIANCES_PX2 = (0.03, 0.6, 2.5)
+"""Of the blur: from each the shaft's fit begins, and the best is kept."""
+
+GOOD_MISFIT = 4.0
+
+TRIALS = {
+    "auto": ("cone", "wedge", "bevel", "bevel_away", "round"),
+    "cone": ("cone",),
+    "round": ("round",),
+    "wedge": ("wedge",),
+    "bevel": ("bevel", "bevel_away"),
+}
+
+
+class NoNeedleError(Exception):
+    """A candidate is no needle, or its tip cannot be measured; the text says why."""
+
+    def __init__(self, status: TipStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+        self.reason = reason
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """A needle in one picture.
+
+    Attributes
+    ----------
+    frame
+        Turns the picture so that the needle hangs tip down; all else is in that turned picture.
+    trace, shaft, scenery, tip
+        What was found in each step.
+    """
+
+    frame: Frame
+    trace: Trace
+    shaft: Shaft
+    scenery: Scenery
+    tip: TipFit
+
+    @property
+    def tip_px(self) -> Array:
+        """The apex (2,) u, v in the picture as it is."""
+        return self.frame.points_back(self.tip.tip)
+
+    @property
+    def axis_px(self) -> Array:
+        """Direction (2,) from the tip to the hub in the picture as it is."""
+        slope = float(self.shaft.slope(np.array(self.tip.values[0])))
+        return self.frame.vectors_back(np.array([-slope, -1.0]))
+
+    @property
+    def covariance_px(self) -> Array:
+        """Covariance (2, 2) of `tip_px`, px^2."""
+        turn = self.frame.vectors_back(np.eye(2)).T
+        found: Array = turn @ self.tip.tip_covariance @ turn.T
+        return found * max(1.0, self.tip.misfit)
+
+
+def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis:
+    """Find the needle in a picture and measure it.
+
+    Parameters
+    ----------
+    image
+        (H, W) gray or (H, W, 3) RGB, uint8 or uint16.
+    parameters
+        See there.
+
+    Raises
+    ------
+    NoNeedleError
+        There is none, or its tip is not in the picture.
+    InputError
+        The array is no image of a supported kind.
+    """
+    gray = coarse_gray(image, parameters.full_scale)
+    widths = parameters.min_width_px, parameters.max_width_px
+    bands = find_bands(gray, widths) or find_bands(gray, widths, reduce=1)
+    if not bands:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND,
+            f"no two parallel edges {widths[0]:g} to {widths[1]:g} px apart were found",
+        )
+    fine = mean_gray(image, parameters.full_scale)
+    failures = []
+    best: Analysis | None = None
+    for band in bands[: parameters.candidates]:
+        try:
+            found = _measured(fine, gray, band, parameters)
+        except NoNeedleError as error:
+            failures.append(error)
+            continue
+        if best is None or found.tip.misfit < best.tip.misfit / 2:
+            best = found
+        if best.tip.misfit < GOOD_MISFIT:
+            break
+    if best is None:
+        raise failures[0]
+    return best
+
+
+def _measured(
+    image: NDArray[np.float32], gray: Gray, band: Band, parameters: SubpixelParameters
+) -> Analysis:
+    frame, traced = _hanging(gray, band)
+    turned = frame.view(image)
+    begun = _first_shaft(traced)
+    v_end, wedge = _first_wedge(traced, begun)
+    half = float(begun.half_px(np.array(v_end)))
+    depth = max(wedge[1], wedge[2]) * half
+    rows = traced.rows[traced.rows < v_end - depth - CLEAR_PX]
+    if len(rows) < LEAST_ROWS:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND,
+            f"only {len(rows)} rows of straight shaft were seen; {LEAST_ROWS} are needed",
+        )
+    shaft = _fitted_shaft(turned, rows[-MOST_ROWS:], begun)
+    v_end, wedge = _first_wedge(traced, shaft)
+    centre = np.array(parameters.centre_px or ((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2))
+    focal = parameters.focal_px or float(max(image.shape))
+    depth = min(max(wedge[1], wedge[2]) * half, MOST_DEPTH_PX) + 2 * CLEAR_PX
+    view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
+    scenery = scenery_of(turned, shaft, v_end, depth, traced.level, view_tilt)
+    tip = _best_tip(scenery, v_end, wedge, TRIALS[parameters.tip])
+    return Analysis(frame, traced, shaft, scenery, tip)
+
+
+def _hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
+    """Turn the picture so that the band hangs tip down: the end within the picture is the tip."""
+    found = []
+    for direction in (band.direction, -band.direction):
+        frame = Frame.down(direction, gray.shape)
+        centre, along = frame.points(band.centre), frame.vectors(direction)
+        slope = along[0] / along[1]
+        line = (float(centre[0] - slope * centre[1]), float(slope))
+        traced = trace(frame.view(gray), line, band.width_px * float(np.hypot(1, slope)))
+        if traced is not None:
+            found.append((frame, traced))
+    inside = [(frame, traced) for frame, traced in found if not traced.at_bottom]
+    if not found:
+        raise NoNeedleError(TipStatus.NOT_FOUND, "no band of one width goes on long enough")
+    if not inside:
+        raise NoNeedleError(
+            TipStatus.TOUCHES_BORDER, "the needle leaves the picture at both ends: no tip in it"
+        )
+    if len(inside) == 1 or inside[0][1].at_top:
+        return inside[0]
+    # Both ends are in the picture: the sharper one is the tip.
+    lengths = []
+    for _, traced in inside:
+        _, wedge = _first_wedge(traced, _first_shaft(traced))
+        lengths.append(wedge[1] + wedge[2])
+    return inside[int(np.argmax(lengths))]
+
+
+def _first_shaft(traced: Trace) -> Shaft:
+    """Give a straight shaft through the middles of the edges, those that stray left out."""
+    v = traced.rows.astype(np.float64)
+    middle, width = (traced.left + traced.right) / 2, traced.right - traced.left
+    usual = float(np.nanmedian(width))
+    with np.errstate(invalid="ignore"):
+        good = np.isfinite(middle) & (np.abs(width - usual) < 0.15 * usual + 1)
+    if good.sum() < LEAST_ROWS:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND, f"only {int(good.sum())} rows have the needle's usual width"
+        )
+    origin, scale = float(v[-1]), float(len(v))
+    t = (v - origin) / scale
+    for _ in range(3):
+        line = np.polyfit(t[good], middle[good], 1)
+        off = np.abs(middle - np.polyval(line, t))
+        with np.errstate(invalid="ignore"):
+            kept = good & (off < 2.5 * max(float(np.median(off[good])), 0.3))
+        if kept.sum() >= LEAST_ROWS:
+            good = kept
+    usual = float(np.median(width[good]))
+    slope = float(line[0]) / scale
+    return Shaft(
+        origin,
+        scale,
+        np.array([line[1], line[0], 0.0, 0.0]),
+        np.array([usual / 2 / np.hypot(1, slope), 0.0, 0.0]),
+        np.full(2, 0.3),
+        np.array([1.0, 0.005]),
+        np.zeros((0, 0)),
+        np.inf,
+    )
+
+
+def _first_wedge(traced: Trace, shaft: Shaft) -> tuple[float, Array]:
+    v = traced.rows.astype(np.float64)
+    incline = float(np.hypot(1, shaft.slope(v[-1])))
+    return wedge_start(
+        traced.rows, traced.left, traced.right, shaft.axis_u(v), shaft.half_px(v), incline
+    )
+
+
+def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
+    """Fit the shaft from several blurs; short ones as straight lines of even width."""
+    origin, scale = float(rows[-1]), float(len(rows))
+    short = len(rows) < 4 * BLOCK_ROWS
+    slope = float(begun.slope(np.array(origin)))
+    axis = np.array([float(begun.axis_u(np.array(origin))), slope * scale, 0.0, 0.0])
+    width = np.array([begun.width[0], 0.0, 0.0])
+    moved = replace(
+        begun,
+        origin=origin,
+        scale=scale,
+        axis=axis[:2] if short else axis,
+        width=width[:2] if short else width,
+    )
+    tried = []
+    for variance in START_VARIANCES_PX2:
+        try:
+            tried.append(fit(image, rows, replace(moved, variance=np.full(2, variance))))
+        except np.linalg.LinAlgError:
+            continue
+    if not tried:
+        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted")
+    return min(tried, key=lambda shaft: shaft.cost)
+
+
+def _best_tip(scenery: Scenery, v_end: float, wedge: Array, names: tuple[str, ...]) -> TipFit:
+    """Fit each family of tips; the one with the least cost is taken."""
+    best: TipFit | None = None
+    for name in names:
+        family = FAMILIES[name]
+        if name == "round" and best is not None and best.family.name not in ("cone", "wedge"):
+            continue
+        start = np.array([v_end, 0.0, scenery.half_px, *family.start(wedge)])
+        try:
+            found = fit_tip(scenery, family, start)
+        except np.linalg.LinAlgError:
+            continue
+        if best is None or found.cost < best.cost:
+            best = found
+    if best is None:
+        raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
+    return best
+
+
+MOST_ROWS = 1200
+"""Of shaft that are fitted, those next to the tip."""

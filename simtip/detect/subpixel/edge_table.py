@@ -1,0 +1,167 @@
+"""What a camera makes of a straight round needle: profiles across it, as tables over the distance.
+
+Across a long straight needle the picture depends on the distance x from its axis only. Inside, a
+round needle's brightness is a smooth function of the angle of its surface, whatever the light.
+Outside is the background. The lens blurs it and pixels average it; both are symmetric, so neither moves an edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.special import j1
+
+from simtip.geometry import Array
+
+STEP_PX = 1 / 16
+"""Of the tables."""
+
+LENGTH_RAD = 0.2
+"""Over which the brightness changes with the surface's angle: what roughness leaves of its
+surroundings."""
+
+ALIKE_RAD = 0.6
+"""So far from the edges the brightness is much the same: there the needle mirrors what is behind
+it, whatever the light."""
+
+EVEN_MODES, ODD_MODES = 8, 8
+"""Of the brightness, the constant not counted."""
+
+INSIDE = 1 + EVEN_MODES + ODD_MODES
+"""Columns of the brightness: constant, even modes, odd modes."""
+
+OUTSIDE = 3
+"""Further columns: the background at the left, at the right, and its slope."""
+
+_ANGLE_STEPS = 1024
+
+
+def transfer(variance_px2: float, frequency: Array) -> Array:
+    """Give the Fourier transform of a blur at frequencies (...), cycles per px.
+
+    The blur is half (by variance) a Gaussian, for aberrations, and half an even disc, for defocus.
+    `variance_px2` is that of both together, along a direction; a disc of radius r has r^2 / 4.
+    """
+    half = variance_px2 / 2
+    return np.asarray(np.exp(-2 * np.pi**2 * half * frequency**2) * _disc(half, frequency))
+
+
+def _disc(variance_px2: float, frequency: Array) -> Array:
+    q = 4 * np.pi * np.sqrt(variance_px2) * np.abs(frequency)
+    near = q < 1e-3
+    return np.where(near, 1 - q**2 / 8, 2 * j1(q) / np.where(near, 1.0, q))
+
+
+@lru_cache(maxsize=1)
+def modes() -> tuple[Array, Array]:
+    """Give theta (n,) from -90 to 90 degrees, rad, and the brightness modes there (n, INSIDE).
+
+    A constant, and a Gaussian process with a squared-exponential covariance of unit variance over
+    the angle to the nearer edge, faded out towards the edges; alike on both sides (even), and with
+    opposite signs (odd). The modes are its eigenfunctions, scaled so that their coefficients have
+    unit variance.
+    """
+    w = (np.arange(90) + 0.5) / 90 * np.pi / 2
+    kernel = np.exp(-0.5 * ((w[:, None] - w) / LENGTH_RAD) ** 2)
+    fade = 1 - np.exp(-0.5 * (w / ALIKE_RAD) ** 2)
+    theta = (np.arange(_ANGLE_STEPS) + 0.5) / _ANGLE_STEPS * np.pi - np.pi / 2
+    away = np.pi / 2 - np.abs(theta)
+    sides = []
+    values, vectors = np.linalg.eigh(fade[:, None] * kernel * fade)
+    for count in (EVEN_MODES, ODD_MODES):
+        best = vectors[:, ::-1][:, :count] * np.sqrt(values[::-1][:count])
+        sides.append(np.column_stack([np.interp(away, w, column) for column in best.T]))
+    even, odd = sides
+    odd = odd * np.sign(theta)[:, None]
+    return theta, np.column_stack([np.ones(len(theta)), even, odd])
+
+
+@lru_cache(maxsize=1)
+def _integrals() -> tuple[Array, Array]:
+    """Give s from -1 to 1, and the integral over s from -1 of each mode (n, INSIDE)."""
+    edges = np.linspace(-np.pi / 2, np.pi / 2, _ANGLE_STEPS + 1)
+    s = np.sin(edges)
+    sums = np.cumsum(modes()[1] * np.diff(s)[:, None], axis=0)
+    return s, np.concatenate([np.zeros((1, INSIDE)), sums])
+
+
+def brightness_integral(s: Array) -> Array:
+    """Give the integral of each mode from -1 to s (n,) = x / half width: (n, INSIDE)."""
+    grid, sums = _integrals()
+    s = np.clip(s, -1, 1)
+    place = (np.arcsin(s) / np.pi + 0.5) * _ANGLE_STEPS
+    k = np.clip(place.astype(np.intp), 0, _ANGLE_STEPS - 1)
+    share = (s - grid[k]) / (grid[k + 1] - grid[k])
+    return np.asarray(sums[k] + share[:, None] * (sums[k + 1] - sums[k]))
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeTable:
+    """Profiles of a blurred needle of given width, and how they change.
+
+    Columns (INSIDE + OUTSIDE): the brightness within, and the background.
+
+    Attributes
+    ----------
+    start_px
+        Distance x of the first entry; further ones follow by `STEP_PX`.
+    value, by_x, by_variance
+        (n, INSIDE + OUTSIDE) profile; its derivatives by x and by the blur's variance.
+    """
+
+    start_px: float
+    value: Array
+    by_x: Array
+    by_variance: Array
+
+    @classmethod
+    def build(cls, half_px: float, reach_px: float, slope: float, variance_px2: float) -> EdgeTable:
+        """Build it for distances up to `reach_px` from the axis.
+
+        Parameters
+        ----------
+        half_px
+            Half width of the needle.
+        reach_px
+            Of the table to either side.
+        slope
+            du/dv of the axis: a pixel's square spreads by its projection across the axis.
+        variance_px2
+            Of the lens's blur, see `transfer`.
+        """
+        pad = 4 + 5 * np.sqrt(variance_px2)
+        count = int(2 ** np.ceil(np.log2(2 * (reach_px + pad) / STEP_PX)))
+        x = (np.arange(count) - count / 2) * STEP_PX
+        cosine, sine = np.array([1, abs(slope)]) / np.hypot(1, slope)
+        f = np.fft.rfftfreq(count, STEP_PX)
+        pixel = np.sinc(cosine * f) * np.sinc(sine * f) / np.sinc(STEP_PX * f)
+        spread = transfer(variance_px2, f)
+        step = 1e-2
+        wider = (transfer(variance_px2 + step, f) - spread) / step
+        shapes = np.stack([spread, 2j * np.pi * f * spread, wider])
+        spectrum = np.fft.rfft(_cells(x, half_px), axis=0) * pixel[:, None]
+        middle, reach = count // 2, int(np.ceil(reach_px / STEP_PX)) + 1
+        tables = np.fft.irfft(shapes[:, :, None] * spectrum, count, axis=1)
+        tables = tables[:, middle - reach : middle + reach + 1]
+        return cls(float(x[middle - reach]), *tables)
+
+    def at(self, x: Array) -> Array:
+        """Interpolate all three tables at distances (m,): (m, 3, INSIDE + OUTSIDE)."""
+        tables = np.stack([self.value, self.by_x, self.by_variance], axis=1)
+        place = (x - self.start_px) / STEP_PX
+        k = np.clip(place.astype(np.intp), 0, len(tables) - 2)
+        share = (place - k)[:, None, None]
+        low = tables[k]
+        low += share * (tables[k + 1] - low)
+        return np.asarray(low)
+
+
+def _cells(x: Array, half: float) -> Array:
+    """Give each column's mean over cells of the table: (n, INSIDE + OUTSIDE)."""
+    edges = np.append(x - STEP_PX / 2, x[-1] + STEP_PX / 2)
+    inside = np.diff(brightness_integral(edges / half), axis=0) * (half / STEP_PX)
+    left = -np.diff(np.clip(-half - edges, 0, None)) / STEP_PX
+    right = np.diff(np.clip(edges - half, 0, None)) / STEP_PX
+    return np.column_stack([inside, left, right, (left + right) * x / half])

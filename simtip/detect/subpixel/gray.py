@@ -1,0 +1,35 @@
+"""Images of any kind to gray values for the sub-pixel detector: equal weights, nothing rounded."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.detect.gray import Gray, check_image
+from simtip.detect.protocol import Image
+
+
+def coarse_gray(image: Image, full_scale: int | None) -> Gray:
+    """Give an 8-bit gray image (H, W) in which to look for edges."""
+    check_image(image)
+    if image.dtype == np.uint16:
+        image = np.clip(image * (255 / (full_scale or 65535)) + 0.5, 0, 255).astype(np.uint8)
+    if image.ndim == 2:
+        return np.ascontiguousarray(image)
+    return np.asarray(cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def mean_gray(image: Image, full_scale: int | None) -> NDArray[np.float32]:
+    """Give the mean of the channels (H, W), 0 to 255.
+
+    Every channel shows the needle, each with noise of its own: equal weights leave least noise
+    where the background is white.
+    """
+    values = image.astype(np.float32)
+    if values.ndim == 3:
+        third = np.full((1, 3), 1 / 3, np.float32)
+        values = np.asarray(cv2.transform(values, third), np.float32).reshape(image.shape[:2])
+    if image.dtype == np.uint16:
+        values *= np.float32(255 / (full_scale or 65535))
+    return values

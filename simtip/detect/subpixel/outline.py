@@ -1,0 +1,175 @@
+"""Outlines of needle tips in the image, as convex polygons.
+
+Coordinates: z along the axis from the foremost point towards the hub, x across it; units are those
+of the half width h that is given. Each family has a few shape parameters; lengths among them are in
+half widths, so that they do not change with the distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simtip.geometry import Array
+
+ARC_POINTS = 24
+"""Of a rounding or a bevel's arc."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """One kind of tip.
+
+    Attributes
+    ----------
+    name
+        As in `needle.tip.kind` where there is one.
+    polygon
+        From half width h (px), shape (n,), the length z at which to cut off the shaft (px), and the
+        tilt, to vertices (m, 2) x, z from the shaft's left end round the tip to its right end. The
+        tilt is the sine of the axis, towards the hub, along the line of sight: with it a circle
+        about the axis is seen as an ellipse.
+    apex
+        From h, shape and tilt to x and z of the apex, px.
+    depth
+        From h and shape to z at which the tip ends and the shaft is whole, px.
+    facet
+        From half width h (px), shape and tilt to the outline (m, 2) of what is lit in its own way, not as
+        the shaft is; None: all up to the depth is. No corners: nothing is.
+    start
+        From a wedge's shape, as the edges suggest it, to a shape to begin with.
+    low, high
+        (n,) bounds of the shape.
+    """
+
+    name: str
+    polygon: Callable[[float, Array, float, float], Array]
+    apex: Callable[[float, Array, float], tuple[float, float]]
+    depth: Callable[[float, Array], float]
+    facet: Callable[[float, Array, float], Array] | None
+    start: Callable[[Array], Array]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+def _cone(h: float, shape: Array, end: float, _tilt: float) -> Array:
+    """Give a cone of length l with a ball of radius r: (l, r) in half widths."""
+    length, radius = shape
+    half_angle = np.arctan2(1.0, length)
+    normal = np.pi / 2 - half_angle
+    turn = np.linspace(-normal, normal, ARC_POINTS)
+    arc = radius * np.column_stack([np.sin(turn), 1 - np.cos(turn)])
+    sharp = radius * (1 / np.sin(half_angle) - 1)  # how far the sharp apex lies in front
+    base = max(length - sharp, arc[-1, 1] + 1e-6)
+    wide = (base + sharp) / length
+    points = np.concatenate(
+        [[[-wide, end / h], [-wide, base]], arc, [[wide, base], [wide, end / h]]]
+    )
+    return np.asarray(h * points)
+
+
+def _rim(h: float, shape: Array, tilt: float, angles: Array) -> Array:
+    """Give points (n, 2) of a bevel's rim at angles from its apex about the axis."""
+    cot, azimuth = shape
+    x = np.cos(angles - azimuth)
+    return np.asarray(
+        h * np.column_stack([x, cot * (1 - np.cos(angles)) + tilt * np.sin(angles - azimuth)])
+    )
+
+
+def _bevel(h: float, shape: Array, end: float, tilt: float) -> Array:
+    """Give a bevelled cylinder: (cot of the bevel's angle, azimuth of the apex against x)."""
+    azimuth = shape[1]
+    left = np.linspace(azimuth - np.pi, 0, ARC_POINTS)
+    right = np.linspace(0, azimuth, ARC_POINTS)
+    arc = _rim(h, shape, tilt, np.concatenate([left, right[1:]]))
+    return np.concatenate([[[-h, end]], arc, [[h, end]]])
+
+
+def _wedge(h: float, shape: Array, end: float, _tilt: float) -> Array:
+    """Give a point at x with two straight flanks: (x, left length, right length)."""
+    x, left, right = shape
+    points = [[-1, end / h], [-1, left], [x, 0.0], [1, right], [1, end / h]]
+    return np.asarray(h * np.array(points))
+
+
+def _cone_depth(h: float, shape: Array) -> float:
+    return float(h * max(shape[0] - shape[1] * (np.hypot(1, shape[0]) - 1), 0.0))
+
+
+def _wedge_depth(h: float, shape: Array) -> float:
+    return float(h * max(shape[1], shape[2]))
+
+
+def _bevel_facet(h: float, shape: Array, tilt: float) -> Array:
+    return _rim(h, shape, tilt, np.linspace(0, 2 * np.pi, 2 * ARC_POINTS, endpoint=False))
+
+
+def _bevel_apex(h: float, shape: Array, tilt: float) -> tuple[float, float]:
+    x, z = _rim(h, shape, tilt, np.zeros(1))[0]
+    return float(x), float(z)
+
+
+def _no_facet(_h: float, _shape: Array, _tilt: float) -> Array:
+    return np.zeros((0, 2))
+
+
+def _bevel_start(wedge: Array) -> Array:
+    return np.array(
+        [max((wedge[1] + wedge[2]) / 2, 0.3), np.arccos(np.clip(wedge[0], -0.95, 0.95))]
+    )
+
+
+CONE = Family(
+    "cone",
+    lambda h, shape, end, tilt: _cone(h, np.array([shape[0], 0.0]), end, tilt),
+    lambda _h, _shape, _tilt: (0.0, 0.0),
+    lambda h, shape: float(h * shape[0]),
+    None,
+    lambda wedge: np.array([max((wedge[1] + wedge[2]) / 2, 0.3)]),
+    (0.02,),
+    (20.0,),
+)
+ROUND = Family(
+    "round",
+    _cone,
+    lambda _h, _shape, _tilt: (0.0, 0.0),
+    _cone_depth,
+    None,
+    lambda wedge: np.array([max((wedge[1] + wedge[2]) / 2, 0.3), 0.1]),
+    (0.02, 0.0),
+    (20.0, 0.9),
+)
+WEDGE = Family(
+    "wedge",
+    _wedge,
+    lambda h, shape, _tilt: (float(h * shape[0]), 0.0),
+    _wedge_depth,
+    None,
+    lambda wedge: np.array([wedge[0], max(wedge[1], 0.2), max(wedge[2], 0.2)]),
+    (-1.0, 0.0, 0.0),
+    (1.0, 20.0, 20.0),
+)
+BEVEL = Family(
+    "bevel",
+    _bevel,
+    _bevel_apex,
+    lambda h, shape: float(2 * h * shape[0]),
+    _bevel_facet,
+    _bevel_start,
+    (0.1, 0.0),
+    (12.0, np.pi),
+)
+BEVEL_AWAY = Family(
+    "bevel_away",
+    lambda h, shape, end, tilt: _bevel(h, shape, end, -tilt),
+    lambda h, shape, tilt: _bevel_apex(h, shape, -tilt),
+    BEVEL.depth,
+    _no_facet,
+    _bevel_start,
+    BEVEL.low,
+    BEVEL.high,
+)
+FAMILIES = {family.name: family for family in (CONE, ROUND, WEDGE, BEVEL, BEVEL_AWAY)}
