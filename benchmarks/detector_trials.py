@@ -5,18 +5,19 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 from detector_conditions import Condition
+from light_cache import rendered
 from numpy.typing import NDArray
 
 from simtip import SceneSpec, configure
 from simtip.camera import StereoRig
 from simtip.detect import TipObservation
 from simtip.measure import Measurement, measure_pair
-from simtip.noise_budget import noise_tolerance
-from simtip.render import choose, render_pair
+from simtip.render import choose
 from simtip.score import pixel_error, point_error
 from simtip.seeding import seed32
 from simtip.simulation import expose_pair
@@ -82,16 +83,17 @@ def detector_method(reference: str) -> Method:
     return measure
 
 
-def tries(condition: Condition, methods: Mapping[str, Method]) -> Iterator[tuple[str, Try]]:
+def tries(
+    condition: Condition, methods: Mapping[str, Method], cache: Path | None = None
+) -> Iterator[tuple[str, Try]]:
     """Render each scene once, expose it anew as often as asked, and let every method measure it.
 
-    All methods see the same images; the noise depends on the condition's name alone.
+    All methods see the same images; the noise depends on the condition's name alone. `cache` is a
+    folder in which rendered light is kept.
     """
     backend = choose()
     for number, scene in enumerate(condition.scenes()):
-        views = render_pair(
-            scene, backend=backend, seed=scene.seed, tolerance=noise_tolerance(scene)
-        )
+        views = rendered(scene, backend, cache)
         rig = scene.rig.rig()
         for exposure in range(condition.exposures):
             seed = seed32(zlib.crc32(condition.name.encode()), "exposure", number, exposure)

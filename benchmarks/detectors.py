@@ -4,8 +4,10 @@ python benchmarks/detectors.py --measure              try all built-in detectors
 python benchmarks/detectors.py --measure --detector edges:find --only hard
 python benchmarks/detectors.py                        print the tables
 python benchmarks/detectors.py --write                put them into docs/detectors.md
+python benchmarks/detectors.py --quick --poses 1 --exposures 2 --only nominal    a smoke run
 
-Figures of other detectors and conditions that were kept before stay. `--bounds` names a JSON file
+Figures of other detectors and conditions that were kept before stay; with `--cache` rendered light
+does, too. `--bounds` names a JSON file
 with what ``simtip bound --json`` gives by condition, ``{"nominal/cone, pinholes": {...}, ...}``.
 """
 
@@ -43,10 +45,12 @@ def all_methods(detectors: list[str]) -> dict[str, Method]:
     return {name: detector_method(name) for name in detectors}
 
 
-def measured(condition: Condition, methods: dict[str, Method], bounds: Stored) -> Stored:
+def measured(
+    condition: Condition, methods: dict[str, Method], bounds: Stored, cache: Path | None
+) -> Stored:
     """Try the methods on one condition."""
     tried: dict[str, list[Try]] = {name: [] for name in methods}
-    for name, one in tries(condition, methods):
+    for name, one in tries(condition, methods, cache):
         tried[name].append(one)
     bound = bounds.get(f"{condition.group}/{condition.name}")
     return {name: figures(found, bound) for name, found in tried.items()}
@@ -65,11 +69,11 @@ def measure(given: argparse.Namespace) -> Stored:
     bounds: Stored = json.loads(given.bounds.read_text()) if given.bounds else {}
     methods = all_methods(given.detector or built_in())
     entries = []
-    for condition in conditions(quick=given.quick):
+    for condition in conditions(given.poses, given.exposures):
         found: Stored = {}
         if not given.only or condition.group in given.only or condition.name in given.only:
             print(f"{condition.group}: {condition.name}", file=sys.stderr, flush=True)
-            found = measured(condition, methods, bounds)
+            found = measured(condition, methods, bounds, given.cache)
         entry = merged(old, condition, found)
         entries += [entry] if entry["methods"] else []
     head = {"benchmark": "detectors", "environment": environment(), "quick": given.quick}
@@ -88,10 +92,13 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--measure", action="store_true", help="and keep the figures")
     arguments.add_argument("--write", action="store_true", help="into docs/detectors.md")
-    arguments.add_argument("--quick", action="store_true", help="measure little, print JSON")
+    arguments.add_argument("--quick", action="store_true", help="keep nothing, print JSON")
+    arguments.add_argument("--poses", type=int, default=6, help="of the nominal scenes [6]")
+    arguments.add_argument("--exposures", type=int, default=4, help="of every pose [4]")
     arguments.add_argument("--detector", nargs="*", metavar="REF", help="default: all built-in")
     arguments.add_argument("--only", nargs="*", metavar="NAME", help="groups or conditions")
     arguments.add_argument("--bounds", type=Path, metavar="FILE", help="JSON by condition")
+    arguments.add_argument("--cache", type=Path, metavar="DIR", help="keeps rendered light")
     given = arguments.parse_args()
     if given.quick:
         print(json.dumps(measure(given), indent=1, allow_nan=False))
