@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -63,21 +64,30 @@ def merged(old: Stored, condition: Condition, found: Stored) -> Stored:
     return {"group": condition.group, "name": condition.name, "methods": methods}
 
 
-def measure(given: argparse.Namespace) -> Stored:
-    """Try what is asked for and give all figures, those that were kept before as well."""
+def wanted(condition: Condition, only: list[str] | None) -> bool:
+    """Say whether a condition is one of those named by group or name."""
+    return not only or condition.group in only or condition.name in only
+
+
+def measure(given: argparse.Namespace, keep: Callable[[Stored], None]) -> None:
+    """Try what is asked for, and keep all figures, older ones as well, after every condition."""
     old: Stored = {} if given.quick or not STORED.exists() else json.loads(STORED.read_text())
     bounds: Stored = json.loads(given.bounds.read_text()) if given.bounds else {}
     methods = all_methods(given.detector or built_in())
-    entries = []
-    for condition in conditions(given.poses, given.exposures):
-        found: Stored = {}
-        if not given.only or condition.group in given.only or condition.name in given.only:
+    head = {"benchmark": "detectors", "environment": environment(), "quick": given.quick}
+    every = conditions(given.poses, given.exposures)
+    entries = [merged(old, condition, {}) for condition in every]
+    for k, condition in enumerate(every):
+        if wanted(condition, given.only):
             print(f"{condition.group}: {condition.name}", file=sys.stderr, flush=True)
             found = measured(condition, methods, bounds, given.cache)
-        entry = merged(old, condition, found)
-        entries += [entry] if entry["methods"] else []
-    head = {"benchmark": "detectors", "environment": environment(), "quick": given.quick}
-    return {**head, "conditions": entries}
+            entries[k] = merged(old, condition, found)
+            keep({**head, "conditions": [one for one in entries if one["methods"]]})
+
+
+def store(figures_now: Stored) -> None:
+    """Keep the figures."""
+    STORED.write_text(json.dumps(figures_now, indent=1, allow_nan=False) + "\n")
 
 
 def written(text: str, new: str) -> str:
@@ -101,9 +111,11 @@ def main() -> None:
     arguments.add_argument("--cache", type=Path, metavar="DIR", help="keeps rendered light")
     given = arguments.parse_args()
     if given.quick:
-        print(json.dumps(measure(given), indent=1, allow_nan=False))
+        kept: list[Stored] = []
+        measure(given, kept.append)
+        print(json.dumps(kept[-1], indent=1, allow_nan=False))
     elif given.measure:
-        STORED.write_text(json.dumps(measure(given), indent=1, allow_nan=False) + "\n")
+        measure(given, store)
     elif given.write:
         PAGE.write_text(written(PAGE.read_text(), table(json.loads(STORED.read_text()))))
     else:
