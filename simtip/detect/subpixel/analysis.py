@@ -282,17 +282,18 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         axis=axis[:2] if short else axis,
         width=width[:2] if short else width,
     )
-    tried = []
-    for variance in START_VARIANCES_PX2:
-        try:
-            tried.append(fit(image, rows, replace(moved, variance=np.full(2, variance))))
-        except np.linalg.LinAlgError:
-            continue
-    if not tried:
-        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted")
-    # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
-    likely = [one for one in tried if abs(one.width[0] - begun.width[0]) < _slack_px(one)]
-    return min(likely or tried, key=lambda shaft: shaft.cost)
+    starts = [replace(moved, variance=np.full(2, variance)) for variance in START_VARIANCES_PX2]
+
+    def likely(one: Shaft) -> bool:
+        # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
+        return bool(abs(one.width[0] - begun.width[0]) < _slack_px(one))
+
+    try:
+        return fit(image, rows, starts, likely)
+    except np.linalg.LinAlgError as error:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
+        ) from error
 
 
 def _slack_px(shaft: Shaft) -> float:

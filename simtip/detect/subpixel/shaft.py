@@ -12,6 +12,7 @@ known in a blurred picture, is held by a prior.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,8 +32,8 @@ BIN_PX = 1 / 8
 INNER_PX, OUTER_PX = 4.5, 5.0
 """Pixels so far inside and outside an edge count, and three deviations of the blur more."""
 
-SEGMENTS = 3
-"""Of the shaft, each with a blur of its own in the tables."""
+SEGMENTS, EVEN_PX2 = 3, 0.05
+"""Of the shaft, each with a blur of its own in the tables, if it changes by more than that."""
 
 BRIGHTNESS_DEGREE = 2
 """Of the brightness along the needle."""
@@ -46,6 +47,8 @@ CHANGE_SHARE = 0.3
 RIM_LEVEL, RIM_DEVIATION = 0.48, 0.03
 """Brightness at the edges, of the background's, and its usual deviation: there rough metal mirrors
 what is behind it, 0.39 to 0.6 of it for GGX roughness 0.4 to 0.05."""
+
+FIRST_STEPS, LAST_STEPS = 8, 20
 
 SETTLED = 0.05
 """Change of the cost, a log likelihood times -2, at which the fit ends."""
@@ -144,20 +147,38 @@ class _Bins:
     axis_u: Array
 
 
-def fit(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft, rounds: int = 2) -> Shaft:
-    """Fit a shaft to rows of the turned gray image (H, W), from a start good to a pixel.
+def fit(
+    image: NDArray[np.float32],
+    rows: NDArray[np.intp],
+    starts: list[Shaft],
+    likely: Callable[[Shaft], bool],
+) -> Shaft:
+    """Fit a shaft to rows of the turned gray image (H, W).
 
-    `rows` are consecutive; those beyond whole blocks are dropped at the front. Pixels are sorted
-    anew in each round.
+    Parameters
+    ----------
+    image
+        Gray values, turned.
+    rows
+        Consecutive rows; those beyond whole blocks are dropped at the front.
+    starts
+        Shafts good to a pixel, of different blur. A few steps are taken from each; the best of
+        those goes on.
+    likely
+        Says of a shaft whether it can be; if none can, all count.
     """
     rows = rows[len(rows) % min(BLOCK_ROWS, len(rows)) :]
-    shaft = replace(start, noise=_noise(image, rows, start))
-    for _ in range(rounds):
-        shaft = _settled(_sorted(image, rows, shaft), shaft)
-    return shaft
+    noise = _noise(image, rows, starts[0])
+    tried = []
+    for start in starts:
+        shaft = replace(start, noise=noise)
+        tried.append(_settled(_sorted(image, rows, shaft), shaft, FIRST_STEPS))
+    best = min([one for one in tried if likely(one)] or tried, key=lambda one: one.cost)
+    ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
+    return ended if likely(ended) or not likely(best) else best
 
 
-def _settled(bins: _Bins, start: Shaft, most: int = 30) -> Shaft:
+def _settled(bins: _Bins, start: Shaft, most: int) -> Shaft:
     """Step to the least cost (Levenberg and Marquardt)."""
     best, found = start, _equations(bins, start)
     damping = 1e-3
@@ -275,9 +296,11 @@ def _equations(bins: _Bins, shaft: Shaft) -> _Equations:
     cosine = 1 / np.hypot(1, shaft.slope(bins.v))[:, None]
     scale = half / own
     x = (bins.x - (shaft.axis_u(bins.v) - bins.axis_u)[:, None] * cosine) * scale
+    even = abs(shaft.variance[0] - shaft.variance[1]) < EVEN_PX2
+    segments = 1 if even else SEGMENTS
     parts = [
         _profiles(shaft, x[part], bins.v[part], half)
-        for part in np.array_split(np.arange(blocks), min(SEGMENTS, blocks))
+        for part in np.array_split(np.arange(blocks), min(segments, blocks))
     ]
     value, by_x, by_variance = (np.concatenate(kind) for kind in zip(*parts, strict=True))
     y = bins.value
