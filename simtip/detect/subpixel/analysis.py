@@ -15,7 +15,7 @@ from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.outline import FAMILIES
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters, TipKind
-from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, fit
+from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, edge_half_px, fit
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
 from simtip.detect.subpixel.tip import POSE, Scenery, TipFit, fit_tip, scenery_of
@@ -43,7 +43,11 @@ FITTING_MISFIT = 2.0
 OFF_AXIS = 0.3
 """A tip so far from the axis, in half widths, is first taken for a bevel."""
 
-WIDTH_SLACK_PX = 0.6
+EDGE_SHORT_PX = 0.2
+"""By which a half width by the edges' middles usually falls short: rims are brighter than what
+lies within them."""
+
+WIDTH_SLACK_PX = 0.35
 
 GOOD_MISFIT = 4.0
 
@@ -282,11 +286,14 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         axis=axis[:2] if short else axis,
         width=width[:2] if short else width,
     )
+    moved = replace(moved, variance=np.full(2, 0.6))
+    half = edge_half_px(image, rows, moved) + EDGE_SHORT_PX
+    moved.width[0] = half
     starts = [replace(moved, variance=np.full(2, variance)) for variance in START_VARIANCES_PX2]
 
     def likely(one: Shaft) -> bool:
         # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
-        return bool(abs(one.width[0] - begun.width[0]) < _slack_px(one))
+        return bool(abs(one.width[0] - half) < _slack_px(one))
 
     try:
         return fit(image, rows, starts, likely)
@@ -298,7 +305,7 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
 
 def _slack_px(shaft: Shaft) -> float:
     """Give how far a half width may be from what the edges' traces say."""
-    return WIDTH_SLACK_PX + 0.3 * float(np.sqrt(shaft.variance.max()))
+    return WIDTH_SLACK_PX + 0.15 * float(np.sqrt(shaft.variance.max()))
 
 
 def _best_tip(

@@ -44,9 +44,13 @@ BRIGHTNESS_SHARE = 0.15
 CHANGE_SHARE = 0.3
 """Of that, its usual change along the shaft, for each power."""
 
-RIM_LEVEL, RIM_DEVIATION = 0.48, 0.03
+RIM_LEVEL, RIM_DEVIATION = 0.48, 0.08
 """Brightness at the edges, of the background's, and its usual deviation: there rough metal mirrors
 what is behind it, 0.39 to 0.6 of it for GGX roughness 0.4 to 0.05."""
+
+HELD_PX = 1e-3
+
+EDGE_BIN_PX, EDGE_DEPTH_PX = 0.25, 4.0
 
 FIRST_STEPS, LAST_STEPS = 8, 20
 
@@ -101,6 +105,7 @@ class Shaft:
     misfit: float
     cost: float = np.inf
     shared: Array | None = None
+    width_held: bool = False
 
     def t(self, v: Array) -> Array:
         """Give the polynomials' argument at rows."""
@@ -165,7 +170,7 @@ def fit(
         Shafts good to a pixel, of different blur. A few steps are taken from each; the best of
         those goes on.
     likely
-        Says of a shaft whether it can be; if none can, all count.
+        Says of a shaft whether it can be; if none can, the width is held where the starts have it.
     """
     rows = rows[len(rows) % min(BLOCK_ROWS, len(rows)) :]
     noise = _noise(image, rows, starts[0])
@@ -173,9 +178,42 @@ def fit(
     for start in starts:
         shaft = replace(start, noise=noise)
         tried.append(_settled(_sorted(image, rows, shaft), shaft, FIRST_STEPS))
-    best = min([one for one in tried if likely(one)] or tried, key=lambda one: one.cost)
-    ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
-    return ended if likely(ended) or not likely(best) else best
+    best = min([one for one in tried if likely(one)], key=lambda one: one.cost, default=None)
+    if best is not None:
+        ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
+        if likely(ended):
+            return ended
+    held = [replace(start, noise=noise, width_held=True) for start in starts]
+    tried = [_settled(_sorted(image, rows, one), one, FIRST_STEPS) for one in held]
+    best = min(tried, key=lambda one: one.cost)
+    return _settled(_sorted(image, rows, best), best, LAST_STEPS)
+
+
+def edge_half_px(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> float:
+    """Give the half width at which the mean profile is halfway between ground and needle, px.
+
+    It is less exact than a fit, and free of the fit's trade between width, blur and brightness.
+    """
+    bins = _sorted(image, rows[len(rows) % min(BLOCK_ROWS, len(rows)) :], shaft)
+    away = np.abs(bins.x).reshape(-1)
+    k = np.rint(away / EDGE_BIN_PX).astype(np.intp)
+    number = np.bincount(k, bins.count.reshape(-1))
+    total = np.bincount(k, (bins.count * bins.value).reshape(-1))
+    seen = np.flatnonzero(number)
+    x, value = seen * EDGE_BIN_PX, total[seen] / number[seen]
+    half = float(shaft.width[0])
+    ground = float(np.median(value[x > half + 2])) if (x > half + 2).any() else float(value[-1])
+    within = (x > half - EDGE_DEPTH_PX) & (x < half)
+    if not within.any():
+        return half
+    dark = int(np.flatnonzero(within)[np.argmax(np.abs(value[within] - ground))])
+    share = (value[dark:] - ground) / (value[dark] - ground)
+    (below,) = np.nonzero(share < 0.5)
+    if not len(below) or below[0] == 0:
+        return half
+    j = int(below[0])
+    step = (share[j - 1] - 0.5) / (share[j - 1] - share[j])
+    return float(x[dark + j - 1] + step * (x[dark + j] - x[dark + j - 1]))
 
 
 def _settled(bins: _Bins, start: Shaft, most: int) -> Shaft:
@@ -377,11 +415,13 @@ def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
 def _shape_prior(shaft: Shaft, half: float) -> tuple[Array, Array]:
     """Give the precision of the shape's prior and how far the shape is off its mean: both weak."""
     bend = [0.0, 0.0, *BEND_PX[: len(shaft.axis) - 2]]
-    change = [0.0, 0.1 * half, 0.005 * half][: len(shaft.width)]
-    deviation = np.array([*bend, *change, 3.0, 3.0])
+    change = [HELD_PX if shaft.width_held else 0.0, 0.1 * half, 0.005 * half]
+    deviation = np.array([*bend, *change[: len(shaft.width)], 3.0, 3.0])
     now = np.concatenate([shaft.axis, shaft.width, shaft.variance])
     held = deviation > 0
     precision = np.where(held, 1 / np.where(held, deviation, 1.0) ** 2, 0.0)
+    if shaft.width_held:
+        now[len(shaft.axis)] = 0.0  # it stays where it is
     return precision, np.where(held, now, 0.0)
 
 
