@@ -2,7 +2,8 @@
 
 Across a long straight needle the picture depends on the distance x from its axis only. Inside, a
 round needle's brightness is a smooth function of the angle of its surface, whatever the light.
-Outside is the background. The lens blurs it and pixels average it; both are symmetric, so neither moves an edge.
+Outside is the background. The lens blurs it and pixels average it; both are symmetric, so neither
+moves an edge.
 """
 
 from __future__ import annotations
@@ -117,7 +118,7 @@ class EdgeTable:
         """
         pad = 4 + 5 * np.sqrt(variance_px2)
         count = int(2 ** np.ceil(np.log2(2 * (reach_px + pad) / STEP_PX)))
-        x = (np.arange(count) - count / 2) * STEP_PX
+        x = np.asarray((np.arange(count) - count / 2) * STEP_PX, np.float64)
         cosine, sine = np.array([1, abs(slope)]) / np.hypot(1, slope)
         f = np.fft.rfftfreq(count, STEP_PX)
         pixel = np.sinc(cosine * f) * np.sinc(sine * f) / np.sinc(STEP_PX * f)

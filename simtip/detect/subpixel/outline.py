@@ -38,8 +38,8 @@ class Family:
     depth
         From h and shape to z at which the tip ends and the shaft is whole, px.
     facet
-        From half width h (px), shape and tilt to the outline (m, 2) of what is lit in its own way, not as
-        the shaft is; None: all up to the depth is. No corners: nothing is.
+        From half width h (px), shape and tilt to the outline (m, 2) of what is lit in its own way,
+        not as the shaft is; None: all up to the depth is. No corners: nothing is.
     starts
         From what the edges suggest (see `simtip.detect.subpixel.start`) to shapes to begin with.
     low, high

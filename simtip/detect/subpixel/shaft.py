@@ -2,8 +2,8 @@
 
 The shaft is cut into blocks of rows, and the pixels of a block are averaged in narrow bins of their
 distance from the axis. In each block the background is free; the brightness within, the axis, the
-width and the blur follow polynomials along the needle. Gauss-Newton steps, from which the background
-is eliminated block by block.
+width and the blur follow polynomials along the needle. Steps are Levenberg and Marquardt's; from
+their equations the background is eliminated block by block.
 
 What is asymmetric moves the axis, what is symmetric does not: a wrong width or a wrong shape of the
 blur costs little. So the brightness at both edges, which together with width and blur is poorly
@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial import polynomial as P
+from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.edge_table import (
@@ -109,24 +109,24 @@ class Shaft:
 
     def t(self, v: Array) -> Array:
         """Give the polynomials' argument at rows."""
-        return (v - self.origin) / self.scale
+        return np.asarray((v - self.origin) / self.scale, np.float64)
 
     def axis_u(self, v: Array) -> Array:
         """Give u of the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), self.axis))
+        return np.asarray(polyval(self.t(v), self.axis))
 
     def slope(self, v: Array) -> Array:
         """Give du/dv of the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), P.polyder(self.axis))) / self.scale
+        return np.asarray(polyval(self.t(v), polyder(self.axis))) / self.scale
 
     def half_px(self, v: Array) -> Array:
         """Give half the width across the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), self.width))
+        return np.asarray(polyval(self.t(v), self.width))
 
     def variance_px2(self, v: Array) -> Array:
         """Give the blur's variance at rows v; beyond both ends it stays as it is there."""
         share = np.clip(-self.t(v), 0, 1)
-        return np.asarray(self.variance[0] * (1 - share) + self.variance[1] * share)
+        return np.asarray(self.variance[0] * (1 - share) + self.variance[1] * share, np.float64)
 
     def brightness(self, v: float) -> Array:
         """Give the brightness within at a row, DN, over the angles of `edge_table.modes`."""
@@ -401,7 +401,7 @@ def _profiles(shaft: Shaft, x: Array, v: Array, half: float) -> Array:
 
 
 def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
-    """Give the prior of the brightness' coefficients: precision (n, n), precision times mean (n,)."""
+    """Give the precision (n, n) of the brightness' prior, and precision times mean (n,)."""
     level = max(float(np.quantile(y[count > 0], 0.9)), 1.0)
     usual = BRIGHTNESS_SHARE * level
     weight = np.full((powers, INSIDE), 1 / (CHANGE_SHARE * usual) ** 2)

@@ -28,7 +28,7 @@ BLURRED_WIDTH = 0.3
 
 AHEAD_PX = (0.0, 2.5, 5.0)
 POSE = 3
-"""Parameters before the shape: v of the foremost point's z on the axis, shift across, half width."""
+"""Parameters before the shape: row v of z = 0 on the axis, shift across, half width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ def fit_tip(
     derivative = None
     for _ in range(40):
         if derivative is None:
-            derivative = _derivative(scenery, family, values, found, low, high)
+            derivative = _derivative(scenery, family, values, found, high)
             H, g = _shape_equations(scenery, values, found, derivative)
         step = np.linalg.solve(H + damping * np.diag(np.diag(H)), g)
         step[:POSE] = np.clip(step[:POSE], -3, 3)
@@ -170,7 +170,7 @@ def fit_tip(
         damping = max(damping / 8, 1e-5)
         if settled:
             break
-    derivative = _derivative(scenery, family, values, found, low, high)
+    derivative = _derivative(scenery, family, values, found, high)
     H, _ = _shape_equations(scenery, values, found, derivative)
     free = ~((values <= low + 1e-9) | (values >= high - 1e-9))
     covariance = np.zeros_like(H)
@@ -281,7 +281,7 @@ def _off(scenery: Scenery, values: Array) -> float:
 
 
 def _derivative(
-    scenery: Scenery, family: Family, values: Array, found: _Compared, low: Array, high: Array
+    scenery: Scenery, family: Family, values: Array, found: _Compared, high: Array
 ) -> Array:
     """Give the derivative of the picture (H W, n) at fixed brightness, by differences."""
     derivative = np.empty((len(scenery.value), len(values)))

@@ -86,10 +86,11 @@ def trace(gray: Gray, centre: tuple[float, float], width_px: float) -> Trace | N
     v, u = v[inside], u[inside]
     columns = np.rint(u).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
     seen = gray[v[:, None], np.clip(columns, 0, width - 1)].astype(np.float32)
-    seen = np.asarray(cv2.blur(seen, (3, SMOOTH_ROWS), borderType=cv2.BORDER_REPLICATE))
+    seen = np.asarray(cv2.blur(seen, (3, SMOOTH_ROWS), borderType=cv2.BORDER_REPLICATE), np.float32)
     offset = columns - u[:, None]
     level = _background(seen, offset, half)
-    dark = np.abs(level[:, None] - seen)
+    dark: NDArray[np.float32] = np.subtract(level[:, None], seen, dtype=np.float32)
+    np.abs(dark, out=dark)
     dark[np.abs(offset) > half + 4] = 0
     peak = dark.max(axis=1)
     usual = float(np.median(np.sort(peak)[-max(8, len(peak) // 3) :]))
