@@ -14,6 +14,7 @@ from typing import Any
 
 from simtip.camera import Camera, StereoRig
 from simtip.detect import ConfiguredDetector, Image, TipObservation
+from simtip.detect.protocol import for_camera
 from simtip.detect.region import Region, within
 from simtip.errors import InputError
 from simtip.geometry import Array
@@ -144,6 +145,16 @@ def _seen(side: str, image: Image, detector: ConfiguredDetector) -> TipObservati
         ) from error
 
 
+def _looking(
+    detector: ConfiguredDetector, camera: Camera, region: Region | None
+) -> ConfiguredDetector:
+    """Give the detector for one camera's images, or a region of them."""
+    if region is None:
+        return for_camera(detector, camera)
+    seen = camera.cropped(region.u0, region.v0, region.width, region.height)
+    return within(for_camera(detector, seen), region)
+
+
 def measure_pair(
     left: Image,
     right: Image,
@@ -183,8 +194,8 @@ def measure_pair(
     timings = dict.fromkeys(("detect", "match", "triangulate"), 0.0)
     with timed(timings, "detect"):
         seen = (
-            _seen("left", left, within(detector, regions[0])),
-            _seen("right", right, within(detector, regions[1])),
+            _seen("left", left, _looking(detector, rig.left, regions[0])),
+            _seen("right", right, _looking(detector, rig.right, regions[1])),
         )
     if seen[0].tip_px is None or seen[1].tip_px is None:
         return Measurement(*seen, timings_s=timings)

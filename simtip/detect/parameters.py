@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, Final, Self, cast, get_type_hints
 
+from simtip.camera import Camera
 from simtip.detect.value_types import check_range, converted, in_words
 from simtip.errors import InputError
 
@@ -157,6 +158,10 @@ class DetectorParameters:
         for declaration in self._declarations():
             value = declaration.value(getattr(self, declaration.name))
             object.__setattr__(self, declaration.name, value)
+
+    def for_camera(self, _camera: Camera, /) -> Self:
+        """Fill in what is not set and follows from the camera; as it is, nothing does."""
+        return self
 
     @classmethod
     def declared(cls) -> tuple[Parameter, ...]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeAlias, TypeVar
+from typing import Generic, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.camera import Camera
 from simtip.detect.observation import TipObservation
 from simtip.detect.parameters import DetectorParameters, Parameter
 
@@ -77,6 +78,40 @@ class DetectFunction(Protocol[P_contra]):
 
 
 @dataclass(frozen=True)
+class ConfiguredFunction(Generic[P]):
+    """A function with its parameters chosen: a `ConfiguredDetector`."""
+
+    function: DetectFunction[P]
+    parameters: P
+
+    def __call__(self, image: Image, *, layers: bool = False) -> TipObservation:
+        """Look for the needle tip."""
+        return self.function(image, self.parameters, layers=layers)
+
+    def for_camera(self, camera: Camera) -> ConfiguredDetector:
+        """Give the detector for images of a known camera."""
+        return ConfiguredFunction(self.function, self.parameters.for_camera(camera))
+
+
+def for_camera(detector: ConfiguredDetector, camera: Camera) -> ConfiguredDetector:
+    """Tell a detector which camera took its images, if it wants to know.
+
+    A detector wants to know if it has a method ``for_camera(camera)`` that gives a
+    `ConfiguredDetector`; it is free to make no use of the camera.
+    """
+    return detector.for_camera(camera) if isinstance(detector, KnowsCameras) else detector
+
+
+@runtime_checkable
+class KnowsCameras(Protocol):
+    """A configured detector that can make use of the camera's intrinsic parameters."""
+
+    def for_camera(self, camera: Camera) -> ConfiguredDetector:
+        """Give the detector for images of this camera."""
+        ...
+
+
+@dataclass(frozen=True)
 class FunctionDetector(Generic[P]):
     """A `Detector` made of a Python function and the dataclass of its parameters.
 
@@ -102,12 +137,7 @@ class FunctionDetector(Generic[P]):
 
     def configure(self, values: Mapping[str, object]) -> ConfiguredDetector:
         """Check and convert the values; give the detector that uses them."""
-        parameters = self.parameters_type.from_mapping(values)
-
-        def detect(image: Image, *, layers: bool = False) -> TipObservation:
-            return self.function(image, parameters, layers=layers)
-
-        return detect
+        return ConfiguredFunction(self.function, self.parameters_type.from_mapping(values))
 
     def __call__(self, image: Image, *, layers: bool = False, **values: object) -> TipObservation:
         """Configure and detect in one call."""

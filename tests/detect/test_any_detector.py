@@ -12,7 +12,7 @@ from simtip.detect import contract
 
 NAMES = detect.names()
 
-NOT_ABLE = {"lin2020": {"at any angle", "no tip in a disc or a cable"}}
+NOT_ABLE = {"lin2020": {"at any angle", "no tip in a disc or a cable"}, "subpixel": set()}
 """What is not required and what a detector cannot do today; another name here needs a reason."""
 
 
@@ -21,7 +21,12 @@ def report(name):
     return contract.ContractReport(name, tuple(contract.run_cases(detect.configure(name))))
 
 
-@pytest.fixture(params=NAMES)
+SLOW = {"subpixel"}
+
+
+@pytest.fixture(
+    params=[pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in NAMES]
+)
 def name(request):
     return request.param
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from simtip.detect.gray import Gray
 from simtip.detect.observation import TipStatus
@@ -14,11 +16,11 @@ from simtip.detect.subpixel.bands import Band, find_bands
 from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.outline import FAMILIES
-from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
-from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, fit
+from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters, TipKind
+from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, edge_half_px, fit
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
-from simtip.detect.subpixel.tip import Scenery, TipFit, fit_tip, scenery_of
+from simtip.detect.subpixel.tip import POSE, Scenery, TipFit, fit_tip, scenery_of
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
@@ -28,11 +30,26 @@ LEAST_ROWS = 24
 MOST_DEPTH_PX = 160.0
 """Of a tip's own rows that are compared."""
 
+DEPTH_SHARE = 1.25
+"""Of what the edges suggest: a bevel's cut goes on after its edge has met the shaft's side."""
+
 CLEAR_PX = 4
 """Between a tip's end and the shaft's last row."""
 
 START_VARIANCES_PX2 = (0.03, 0.6, 2.5)
 """Of the blur: from each the shaft's fit begins, and the best is kept."""
+
+FITTING_MISFIT = 2.0
+"""A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
+
+OFF_AXIS = 0.3
+"""A tip so far from the axis, in half widths, is first taken for a bevel."""
+
+EDGE_SHORT_PX = 0.2
+"""By which a half width by the edges' middles usually falls short: rims are brighter than what
+lies within them."""
+
+WIDTH_SLACK_PX = 0.35
 
 GOOD_MISFIT = 4.0
 
@@ -108,6 +125,17 @@ def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis
     InputError
         The array is no image of a supported kind.
     """
+    # Its matrices are small: threads of BLAS would only wait for each other.
+    with _blas().limit(limits=1, user_api="blas"):
+        return _analysed(image, parameters)
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
     gray = coarse_gray(image, parameters.full_scale)
     widths = parameters.min_width_px, parameters.max_width_px
     bands = find_bands(gray, widths) or find_bands(gray, widths, reduce=1)
@@ -120,6 +148,8 @@ def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis
     failures = []
     best: Analysis | None = None
     for band in bands[: parameters.candidates]:
+        if best is not None and _within(best, band):
+            continue
         try:
             found = _measured(fine, gray, band, parameters)
         except NoNeedleError as error:
@@ -132,6 +162,14 @@ def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis
     if best is None:
         raise failures[0]
     return best
+
+
+def _within(found: Analysis, band: Band) -> bool:
+    """Say whether a band is a part of a needle already measured: a highlight along it."""
+    centre = found.frame.points(band.centre)
+    v = np.array(centre[1])
+    off = abs(centre[0] - float(found.shaft.axis_u(v)))
+    return bool(off < float(found.shaft.half_px(v)) + 1)
 
 
 def _measured(
@@ -153,11 +191,28 @@ def _measured(
     v_end, wedge = _first_wedge(traced, shaft)
     centre = np.array(parameters.centre_px or ((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2))
     focal = parameters.focal_px or float(max(image.shape))
-    depth = min(max(wedge[1], wedge[2]) * half, MOST_DEPTH_PX) + 2 * CLEAR_PX
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
-    scenery = scenery_of(turned, shaft, v_end, depth, traced.level, view_tilt)
-    tip = _best_tip(scenery, v_end, wedge, TRIALS[parameters.tip])
-    return Analysis(frame, traced, shaft, scenery, tip)
+    depth = max(*wedge[1:3]) * half * DEPTH_SHARE
+
+    def scenery(depth: float) -> Scenery:
+        depth = min(depth, MOST_DEPTH_PX) + 2 * CLEAR_PX
+        return scenery_of(turned, shaft, v_end, depth, traced.level, view_tilt)
+
+    seen = scenery(depth)
+    tip = _best_tip(seen, v_end, wedge, _order(wedge, parameters.tip))
+    needed = tip.family.depth(tip.values[2], tip.values[POSE:])
+    if tip.family.name.startswith("bevel") and needed > depth:
+        # A bevel's cut goes on beyond where its edge meets the shaft's side.
+        seen = scenery(needed)
+        tip = _best_tip(seen, v_end, wedge, TRIALS["bevel"], tip)
+    return Analysis(frame, traced, shaft, seen, tip)
+
+
+def _order(wedge: Array, kind: TipKind) -> tuple[str, ...]:
+    """Give the families to try, the likely ones first."""
+    if kind == "auto" and abs(wedge[0]) > OFF_AXIS:
+        return ("bevel", "bevel_away", "wedge", "cone", "round")
+    return TRIALS[kind]
 
 
 def _hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
@@ -244,27 +299,46 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         axis=axis[:2] if short else axis,
         width=width[:2] if short else width,
     )
-    tried = []
-    for variance in START_VARIANCES_PX2:
-        try:
-            tried.append(fit(image, rows, replace(moved, variance=np.full(2, variance))))
-        except np.linalg.LinAlgError:
-            continue
-    if not tried:
-        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted")
-    return min(tried, key=lambda shaft: shaft.cost)
+    moved = replace(moved, variance=np.full(2, 0.6))
+    half = edge_half_px(image, rows, moved) + EDGE_SHORT_PX
+    moved.width[0] = half
+    starts = [replace(moved, variance=np.full(2, variance)) for variance in START_VARIANCES_PX2]
+
+    def likely(one: Shaft) -> bool:
+        # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
+        return bool(abs(one.width[0] - half) < _slack_px(one))
+
+    try:
+        return fit(image, rows, starts, likely)
+    except np.linalg.LinAlgError as error:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
+        ) from error
 
 
-def _best_tip(scenery: Scenery, v_end: float, wedge: Array, names: tuple[str, ...]) -> TipFit:
-    """Fit each family of tips; the one with the least cost is taken."""
+def _slack_px(shaft: Shaft) -> float:
+    """Give how far a half width may be from what the edges' traces say."""
+    return WIDTH_SLACK_PX + 0.15 * float(np.sqrt(shaft.variance.max()))
+
+
+def _best_tip(
+    scenery: Scenery,
+    v_end: float,
+    begin: Array,
+    names: tuple[str, ...],
+    before: TipFit | None = None,
+) -> TipFit:
+    """Fit families of tips until one describes the picture well; the best is taken.
+
+    `before` is a fit to other pixels, to start from.
+    """
     best: TipFit | None = None
     for name in names:
-        family = FAMILIES[name]
-        if name == "round" and best is not None and best.family.name not in ("cone", "wedge"):
+        if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
             continue
-        start = np.array([v_end, 0.0, scenery.half_px, *family.start(wedge)])
+        known = [] if before is None else [before.values]
         try:
-            found = fit_tip(scenery, family, start)
+            found = fit_tip(scenery, FAMILIES[name], v_end, begin, known)
         except np.linalg.LinAlgError:
             continue
         if best is None or found.cost < best.cost:
@@ -272,6 +346,12 @@ def _best_tip(scenery: Scenery, v_end: float, wedge: Array, names: tuple[str, ..
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
     return best
+
+
+def _kin(name: str, best: TipFit) -> bool:
+    """Say whether a family is to be tried beside one that fits: one looks like the other."""
+    kin = {"wedge": ("cone",), "cone": (), "round": (), "bevel": (), "bevel_away": ("bevel",)}
+    return best.family.name in kin[name]
 
 
 MOST_ROWS = 1200

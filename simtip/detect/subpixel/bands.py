@@ -82,8 +82,8 @@ def _segments(gray: Gray) -> Array:
     """Give line segments (n, 4), the longest first."""
     if min(gray.shape) < 8:
         return np.zeros((0, 4))
-    found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(gray)[0]
-    if found is None:
+    found: object = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(gray)[0]
+    if not isinstance(found, np.ndarray):  # OpenCV gives None for none
         return np.zeros((0, 4))
     lines = np.asarray(found, np.float64).reshape(-1, 4)
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])

@@ -14,6 +14,8 @@ import numpy as np
 
 from simtip.geometry import Array
 
+HIDDEN_RAD = 0.5
+
 ARC_POINTS = 24
 """Of a rounding or a bevel's arc."""
 
@@ -36,10 +38,10 @@ class Family:
     depth
         From h and shape to z at which the tip ends and the shaft is whole, px.
     facet
-        From half width h (px), shape and tilt to the outline (m, 2) of what is lit in its own way, not as
-        the shaft is; None: all up to the depth is. No corners: nothing is.
-    start
-        From a wedge's shape, as the edges suggest it, to a shape to begin with.
+        From half width h (px), shape and tilt to the outline (m, 2) of what is lit in its own way,
+        not as the shaft is; None: all up to the depth is. No corners: nothing is.
+    starts
+        From what the edges suggest (see `simtip.detect.subpixel.start`) to shapes to begin with.
     low, high
         (n,) bounds of the shape.
     """
@@ -49,7 +51,7 @@ class Family:
     apex: Callable[[float, Array, float], tuple[float, float]]
     depth: Callable[[float, Array], float]
     facet: Callable[[float, Array, float], Array] | None
-    start: Callable[[Array], Array]
+    starts: Callable[[Array], list[Array]]
     low: tuple[float, ...]
     high: tuple[float, ...]
 
@@ -116,10 +118,34 @@ def _no_facet(_h: float, _shape: Array, _tilt: float) -> Array:
     return np.zeros((0, 2))
 
 
-def _bevel_start(wedge: Array) -> Array:
-    return np.array(
-        [max((wedge[1] + wedge[2]) / 2, 0.3), np.arccos(np.clip(wedge[0], -0.95, 0.95))]
-    )
+def _bevel_starts(begin: Array) -> list[Array]:
+    """Give bevels that reach as far up the sides as is seen, for some places of the apex.
+
+    A bevel's edge leaves the shaft's side tangentially: it is seen only `HIDDEN_RAD` further on.
+    """
+    x, _, _, left, right = begin
+    starts = []
+    for off in (-0.3, 0.0, 0.3):
+        azimuth = float(np.clip(np.arccos(np.clip(x, -0.98, 0.98)) + off, 0.1, np.pi - 0.1))
+        seen = [
+            (length, 1 - np.cos(max(angle - HIDDEN_RAD, 0.2)))
+            for length, angle in ((left, np.pi - azimuth), (right, azimuth))
+        ]
+        length, share = max(seen)
+        starts.append(np.array([float(np.clip(length / share, 0.3, 11.0)), azimuth]))
+    return starts
+
+
+def _wedge_starts(begin: Array) -> list[Array]:
+    return [np.array([begin[0], max(begin[1], 0.2), max(begin[2], 0.2)])]
+
+
+def _cone_starts(begin: Array) -> list[Array]:
+    return [np.array([max((begin[1] + begin[2]) / 2, 0.3)])]
+
+
+def _round_starts(begin: Array) -> list[Array]:
+    return [np.array([max((begin[1] + begin[2]) / 2, 0.3), radius]) for radius in (0.1, 0.4)]
 
 
 CONE = Family(
@@ -128,7 +154,7 @@ CONE = Family(
     lambda _h, _shape, _tilt: (0.0, 0.0),
     lambda h, shape: float(h * shape[0]),
     None,
-    lambda wedge: np.array([max((wedge[1] + wedge[2]) / 2, 0.3)]),
+    _cone_starts,
     (0.02,),
     (20.0,),
 )
@@ -138,7 +164,7 @@ ROUND = Family(
     lambda _h, _shape, _tilt: (0.0, 0.0),
     _cone_depth,
     None,
-    lambda wedge: np.array([max((wedge[1] + wedge[2]) / 2, 0.3), 0.1]),
+    _round_starts,
     (0.02, 0.0),
     (20.0, 0.9),
 )
@@ -148,7 +174,7 @@ WEDGE = Family(
     lambda h, shape, _tilt: (float(h * shape[0]), 0.0),
     _wedge_depth,
     None,
-    lambda wedge: np.array([wedge[0], max(wedge[1], 0.2), max(wedge[2], 0.2)]),
+    _wedge_starts,
     (-1.0, 0.0, 0.0),
     (1.0, 20.0, 20.0),
 )
@@ -158,7 +184,7 @@ BEVEL = Family(
     _bevel_apex,
     lambda h, shape: float(2 * h * shape[0]),
     _bevel_facet,
-    _bevel_start,
+    _bevel_starts,
     (0.1, 0.0),
     (12.0, np.pi),
 )
@@ -168,7 +194,7 @@ BEVEL_AWAY = Family(
     lambda h, shape, tilt: _bevel_apex(h, shape, -tilt),
     BEVEL.depth,
     _no_facet,
-    _bevel_start,
+    _bevel_starts,
     BEVEL.low,
     BEVEL.high,
 )

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, TypeAlias
 
+from typing_extensions import override
+
+from simtip.camera import Camera
 from simtip.detect.parameters import Declared, DetectorParameters, bad_value
 
 TipKind: TypeAlias = Literal["auto", "cone", "round", "wedge", "bevel"]
@@ -60,6 +63,17 @@ class SubpixelParameters(DetectorParameters):
                 f"{self.min_width_px:g} is above max_width_px = {self.max_width_px:g}",
                 "give the smaller width here",
             )
+
+    @override
+    def for_camera(self, camera: Camera, /) -> SubpixelParameters:
+        """Take focal length and principal point from a camera where they are not set."""
+        fx, fy = float(camera.K[0, 0]), float(camera.K[1, 1])
+        centre = float(camera.K[0, 2]), float(camera.K[1, 2])
+        return replace(
+            self,
+            focal_px=self.focal_px or (fx + fy) / 2,
+            centre_px=self.centre_px or centre,
+        )
 
 
 DEFAULTS = SubpixelParameters()

@@ -145,7 +145,7 @@ def _to_pixels(cells: Array, window: Window, pad: int, variance_px2: float) -> A
 
 
 def _mean_brightness(low: Array, high: Array, even: int, odd: int) -> Array:
-    """Give the means of constant, even and odd modes from s = low to high (n,): (n, 1 + even + odd)."""
+    """Give the means (n, 1 + even + odd) of constant and modes from s = low to high (n,)."""
     wide = np.maximum(high - low, 1e-3)
     middle = (low + high) / 2
     sums = brightness_integral(np.concatenate([middle - wide / 2, middle + wide / 2]))

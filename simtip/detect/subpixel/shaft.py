@@ -2,8 +2,8 @@
 
 The shaft is cut into blocks of rows, and the pixels of a block are averaged in narrow bins of their
 distance from the axis. In each block the background is free; the brightness within, the axis, the
-width and the blur follow polynomials along the needle. Gauss-Newton steps, from which the background
-is eliminated block by block.
+width and the blur follow polynomials along the needle. Steps are Levenberg and Marquardt's; from
+their equations the background is eliminated block by block.
 
 What is asymmetric moves the axis, what is symmetric does not: a wrong width or a wrong shape of the
 blur costs little. So the brightness at both edges, which together with width and blur is poorly
@@ -12,10 +12,11 @@ known in a blurred picture, is held by a prior.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial import polynomial as P
+from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.edge_table import (
@@ -31,8 +32,8 @@ BIN_PX = 1 / 8
 INNER_PX, OUTER_PX = 4.5, 5.0
 """Pixels so far inside and outside an edge count, and three deviations of the blur more."""
 
-SEGMENTS = 3
-"""Of the shaft, each with a blur of its own in the tables."""
+SEGMENTS, EVEN_PX2 = 3, 0.05
+"""Of the shaft, each with a blur of its own in the tables, if it changes by more than that."""
 
 BRIGHTNESS_DEGREE = 2
 """Of the brightness along the needle."""
@@ -43,9 +44,15 @@ BRIGHTNESS_SHARE = 0.15
 CHANGE_SHARE = 0.3
 """Of that, its usual change along the shaft, for each power."""
 
-RIM_LEVEL, RIM_DEVIATION = 0.48, 0.03
+RIM_LEVEL, RIM_DEVIATION = 0.48, 0.08
 """Brightness at the edges, of the background's, and its usual deviation: there rough metal mirrors
 what is behind it, 0.39 to 0.6 of it for GGX roughness 0.4 to 0.05."""
+
+HELD_PX = 1e-3
+
+EDGE_BIN_PX, EDGE_DEPTH_PX = 0.25, 4.0
+
+FIRST_STEPS, LAST_STEPS = 8, 20
 
 SETTLED = 0.05
 """Change of the cost, a log likelihood times -2, at which the fit ends."""
@@ -98,27 +105,28 @@ class Shaft:
     misfit: float
     cost: float = np.inf
     shared: Array | None = None
+    width_held: bool = False
 
     def t(self, v: Array) -> Array:
         """Give the polynomials' argument at rows."""
-        return (v - self.origin) / self.scale
+        return np.asarray((v - self.origin) / self.scale, np.float64)
 
     def axis_u(self, v: Array) -> Array:
         """Give u of the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), self.axis))
+        return np.asarray(polyval(self.t(v), self.axis))
 
     def slope(self, v: Array) -> Array:
         """Give du/dv of the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), P.polyder(self.axis))) / self.scale
+        return np.asarray(polyval(self.t(v), polyder(self.axis)) / self.scale, np.float64)
 
     def half_px(self, v: Array) -> Array:
         """Give half the width across the axis at rows v."""
-        return np.asarray(P.polyval(self.t(v), self.width))
+        return np.asarray(polyval(self.t(v), self.width))
 
     def variance_px2(self, v: Array) -> Array:
         """Give the blur's variance at rows v; beyond both ends it stays as it is there."""
         share = np.clip(-self.t(v), 0, 1)
-        return np.asarray(self.variance[0] * (1 - share) + self.variance[1] * share)
+        return np.asarray(self.variance[0] * (1 - share) + self.variance[1] * share, np.float64)
 
     def brightness(self, v: float) -> Array:
         """Give the brightness within at a row, DN, over the angles of `edge_table.modes`."""
@@ -144,20 +152,71 @@ class _Bins:
     axis_u: Array
 
 
-def fit(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft, rounds: int = 2) -> Shaft:
-    """Fit a shaft to rows of the turned gray image (H, W), from a start good to a pixel.
+def fit(
+    image: NDArray[np.float32],
+    rows: NDArray[np.intp],
+    starts: list[Shaft],
+    likely: Callable[[Shaft], bool],
+) -> Shaft:
+    """Fit a shaft to rows of the turned gray image (H, W).
 
-    `rows` are consecutive; those beyond whole blocks are dropped at the front. Pixels are sorted
-    anew in each round.
+    Parameters
+    ----------
+    image
+        Gray values, turned.
+    rows
+        Consecutive rows; those beyond whole blocks are dropped at the front.
+    starts
+        Shafts good to a pixel, of different blur. A few steps are taken from each; the best of
+        those goes on.
+    likely
+        Says of a shaft whether it can be; if none can, the width is held where the starts have it.
     """
     rows = rows[len(rows) % min(BLOCK_ROWS, len(rows)) :]
-    shaft = replace(start, noise=_noise(image, rows, start))
-    for _ in range(rounds):
-        shaft = _settled(_sorted(image, rows, shaft), shaft)
-    return shaft
+    noise = _noise(image, rows, starts[0])
+    tried = []
+    for start in starts:
+        shaft = replace(start, noise=noise)
+        tried.append(_settled(_sorted(image, rows, shaft), shaft, FIRST_STEPS))
+    best = min([one for one in tried if likely(one)], key=lambda one: one.cost, default=None)
+    if best is not None:
+        ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
+        if likely(ended):
+            return ended
+    held = [replace(start, noise=noise, width_held=True) for start in starts]
+    tried = [_settled(_sorted(image, rows, one), one, FIRST_STEPS) for one in held]
+    best = min(tried, key=lambda one: one.cost)
+    return _settled(_sorted(image, rows, best), best, LAST_STEPS)
 
 
-def _settled(bins: _Bins, start: Shaft, most: int = 30) -> Shaft:
+def edge_half_px(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> float:
+    """Give the half width at which the mean profile is halfway between ground and needle, px.
+
+    It is less exact than a fit, and free of the fit's trade between width, blur and brightness.
+    """
+    bins = _sorted(image, rows[len(rows) % min(BLOCK_ROWS, len(rows)) :], shaft)
+    away = np.abs(bins.x).reshape(-1)
+    k = np.rint(away / EDGE_BIN_PX).astype(np.intp)
+    number = np.bincount(k, bins.count.reshape(-1))
+    total = np.bincount(k, (bins.count * bins.value).reshape(-1))
+    seen = np.flatnonzero(number)
+    x, value = seen * EDGE_BIN_PX, total[seen] / number[seen]
+    half = float(shaft.width[0])
+    ground = float(np.median(value[x > half + 2])) if (x > half + 2).any() else float(value[-1])
+    within = (x > half - EDGE_DEPTH_PX) & (x < half)
+    if not within.any():
+        return half
+    dark = int(np.flatnonzero(within)[np.argmax(np.abs(value[within] - ground))])
+    share = (value[dark:] - ground) / (value[dark] - ground)
+    (below,) = np.nonzero(share < 0.5)
+    if not len(below) or below[0] == 0:
+        return half
+    j = int(below[0])
+    step = (share[j - 1] - 0.5) / (share[j - 1] - share[j])
+    return float(x[dark + j - 1] + step * (x[dark + j] - x[dark + j - 1]))
+
+
+def _settled(bins: _Bins, start: Shaft, most: int) -> Shaft:
     """Step to the least cost (Levenberg and Marquardt)."""
     best, found = start, _equations(bins, start)
     damping = 1e-3
@@ -275,9 +334,11 @@ def _equations(bins: _Bins, shaft: Shaft) -> _Equations:
     cosine = 1 / np.hypot(1, shaft.slope(bins.v))[:, None]
     scale = half / own
     x = (bins.x - (shaft.axis_u(bins.v) - bins.axis_u)[:, None] * cosine) * scale
+    even = abs(shaft.variance[0] - shaft.variance[1]) < EVEN_PX2
+    segments = 1 if even else SEGMENTS
     parts = [
         _profiles(shaft, x[part], bins.v[part], half)
-        for part in np.array_split(np.arange(blocks), min(SEGMENTS, blocks))
+        for part in np.array_split(np.arange(blocks), min(segments, blocks))
     ]
     value, by_x, by_variance = (np.concatenate(kind) for kind in zip(*parts, strict=True))
     y = bins.value
@@ -340,7 +401,7 @@ def _profiles(shaft: Shaft, x: Array, v: Array, half: float) -> Array:
 
 
 def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
-    """Give the prior of the brightness' coefficients: precision (n, n), precision times mean (n,)."""
+    """Give the precision (n, n) of the brightness' prior, and precision times mean (n,)."""
     level = max(float(np.quantile(y[count > 0], 0.9)), 1.0)
     usual = BRIGHTNESS_SHARE * level
     weight = np.full((powers, INSIDE), 1 / (CHANGE_SHARE * usual) ** 2)
@@ -354,11 +415,13 @@ def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
 def _shape_prior(shaft: Shaft, half: float) -> tuple[Array, Array]:
     """Give the precision of the shape's prior and how far the shape is off its mean: both weak."""
     bend = [0.0, 0.0, *BEND_PX[: len(shaft.axis) - 2]]
-    change = [0.0, 0.1 * half, 0.005 * half][: len(shaft.width)]
-    deviation = np.array([*bend, *change, 3.0, 3.0])
+    change = [HELD_PX if shaft.width_held else 0.0, 0.1 * half, 0.005 * half]
+    deviation = np.array([*bend, *change[: len(shaft.width)], 3.0, 3.0])
     now = np.concatenate([shaft.axis, shaft.width, shaft.variance])
     held = deviation > 0
     precision = np.where(held, 1 / np.where(held, deviation, 1.0) ** 2, 0.0)
+    if shaft.width_held:
+        now[len(shaft.axis)] = 0.0  # it stays where it is
     return precision, np.where(held, now, 0.0)
 
 

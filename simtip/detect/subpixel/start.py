@@ -16,7 +16,10 @@ LAST_ROWS = 3
 def wedge_start(
     rows: NDArray[np.intp], left: Array, right: Array, axis_u: Array, half_px: Array, tilt: float
 ) -> tuple[float, Array]:
-    """Give the last row, and a wedge's shape: (x, left length, right length) in half widths.
+    """Give the last row, and a wedge's shape in half widths.
+
+    The shape is x, left length, right length, and how far the left and the right edge lie visibly
+    within the shaft's: the latter two are shorter.
 
     Parameters
     ----------
@@ -34,7 +37,7 @@ def wedge_start(
     x = float(np.mean((left + right)[last] / 2 - axis_u[last])) / (half * tilt)
     inside_left = left - (axis_u - half_px * tilt) > OFF_PX
     inside_right = (axis_u + half_px * tilt) - right > OFF_PX
-    lengths = []
+    lengths, visible = [], []
     for inside, reach in ((inside_left, 1 + x), (inside_right, 1 - x)):
         outside = np.flatnonzero(~inside[seen])
         begins = rows[seen[outside[-1]]] if len(outside) else rows[seen[0]]
@@ -42,4 +45,5 @@ def wedge_start(
         # The flank is seen from where it has come OFF_PX in.
         share = max(1 - OFF_PX / (half * max(reach, 0.2)), 0.3)
         lengths.append(length / share)
-    return v_end, np.array([np.clip(x, -0.95, 0.95), *lengths])
+        visible.append(length)
+    return v_end, np.array([np.clip(x, -0.95, 0.95), *lengths, *visible])

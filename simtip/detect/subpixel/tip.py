@@ -20,10 +20,15 @@ from simtip.geometry import Array
 
 SIDE_PX, BELOW_PX = 6, 8
 BRIGHTNESS_DEVIATION = 0.3
-SETTLED = 0.02
+SETTLED = 0.05
+"""Change of the cost at which a fit ends."""
+
+BLURRED_WIDTH = 0.3
+"""How far the shaft's half width may be off in a blurred picture, px."""
+
 AHEAD_PX = (0.0, 2.5, 5.0)
 POSE = 3
-"""Parameters before the shape: v of the foremost point's z on the axis, shift across, half width."""
+"""Parameters before the shape: row v of z = 0 on the axis, shift across, half width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +125,13 @@ class Scenery:
         return cover(self.place(family, values), self.window, self.variance_px2)
 
 
-def fit_tip(scenery: Scenery, family: Family, start: Array) -> TipFit:
+def fit_tip(
+    scenery: Scenery,
+    family: Family,
+    v_end: float,
+    begin: Array,
+    known: list[Array] | None = None,
+) -> TipFit:
     """Fit one family from a start.
 
     Parameters
@@ -129,17 +140,21 @@ def fit_tip(scenery: Scenery, family: Family, start: Array) -> TipFit:
         The pixels and the shaft.
     family
         The outline.
-    start
-        (POSE + n,) values.
+    v_end
+        The last row that shows the needle.
+    begin
+        What the edges suggest.
+    known
+        Further values to begin with, if their family has as many.
     """
     low = np.array([-np.inf, -np.inf, 0.5, *family.low])
     high = np.array([np.inf, np.inf, np.inf, *family.high])
-    values, found = _best_start(scenery, family, start)
+    values, found = _best_start(scenery, family, v_end, begin, known or [])
     damping = 1e-2
     derivative = None
     for _ in range(40):
         if derivative is None:
-            derivative = _derivative(scenery, family, values, found, low, high)
+            derivative = _derivative(scenery, family, values, found, high)
             H, g = _shape_equations(scenery, values, found, derivative)
         step = np.linalg.solve(H + damping * np.diag(np.diag(H)), g)
         step[:POSE] = np.clip(step[:POSE], -3, 3)
@@ -155,7 +170,7 @@ def fit_tip(scenery: Scenery, family: Family, start: Array) -> TipFit:
         damping = max(damping / 8, 1e-5)
         if settled:
             break
-    derivative = _derivative(scenery, family, values, found, low, high)
+    derivative = _derivative(scenery, family, values, found, high)
     H, _ = _shape_equations(scenery, values, found, derivative)
     free = ~((values <= low + 1e-9) | (values >= high - 1e-9))
     covariance = np.zeros_like(H)
@@ -178,9 +193,16 @@ def fit_tip(scenery: Scenery, family: Family, start: Array) -> TipFit:
     )
 
 
-def _best_start(scenery: Scenery, family: Family, start: Array) -> tuple[Array, _Compared]:
-    """Try the start further on: the last row that shows the needle falls short of its end."""
-    starts = [start + np.eye(len(start))[0] * ahead for ahead in AHEAD_PX]
+def _best_start(
+    scenery: Scenery, family: Family, v_end: float, begin: Array, known: list[Array]
+) -> tuple[Array, _Compared]:
+    """Try starts: also further on, as the last row that shows the needle falls short of its end."""
+    starts = [
+        np.array([v_end + ahead, 0.0, scenery.half_px, *shape])
+        for ahead in AHEAD_PX
+        for shape in family.starts(begin)
+    ]
+    starts += [values for values in known if len(values) == POSE + len(family.low)]
     compared = [_compare(scenery, family, values) for values in starts]
     best = int(np.argmin([one.cost for one in compared]))
     return starts[best], compared[best]
@@ -259,7 +281,7 @@ def _off(scenery: Scenery, values: Array) -> float:
 
 
 def _derivative(
-    scenery: Scenery, family: Family, values: Array, found: _Compared, low: Array, high: Array
+    scenery: Scenery, family: Family, values: Array, found: _Compared, high: Array
 ) -> Array:
     """Give the derivative of the picture (H W, n) at fixed brightness, by differences."""
     derivative = np.empty((len(scenery.value), len(values)))
@@ -329,8 +351,8 @@ def scenery_of(
         window,
         part.reshape(-1).astype(np.float64),
         shaft,
-        max(spread, 1e-3),
-        max(half_deviation, 0.01),
+        float(np.hypot(spread, 0.002 + 0.01 * np.sqrt(variance))),
+        max(half_deviation, 0.01) + BLURRED_WIDTH * variance / (variance + 0.1),
         half,
         variance,
         level,
