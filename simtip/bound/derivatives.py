@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from simtip.bound.effort import Effort
 from simtip.bound.formation import Picture
-from simtip.bound.pose import POSE, Steps, moved
+from simtip.bound.pose import VIEW_POSE, WIDE, ViewMoves
 from simtip.geometry import Array, Pose
-from simtip.truth import SceneTruth
 
 if TYPE_CHECKING:
     from simtip.render.moved import BandLight, MovableNeedle, Side
@@ -63,16 +62,16 @@ class Derivatives:
         What is moved.
     watched
         Where it is looked at.
-    truth
-        The scene's.
+    moves
+        How the needle moves in this view.
     done
         Told of progress.
     """
 
     def __init__(
-        self, needle: MovableNeedle, watched: Watched, truth: SceneTruth, done: Done
+        self, needle: MovableNeedle, watched: Watched, moves: ViewMoves, done: Done
     ) -> None:
-        self._needle, self._watched, self._truth, self._done = needle, watched, truth, done
+        self._needle, self._watched, self._moves, self._done = needle, watched, moves, done
         every = np.arange(len(watched.band))
         at_rest = [self._look(every, Pose.identity(), k) for k in range(watched.replicas)]
         picture = watched.picture
@@ -84,23 +83,25 @@ class Derivatives:
         )
         """(R, 4, m, 3) by `APPEARANCE`, at the m pixels that the needle can change."""
 
-    def pose(self, steps: Steps) -> Array:
-        """Give the derivatives (R, 6, m, 3) by `POSE`, per mm and per radian."""
+    def pose(self, step_px: float) -> Array:
+        """Give the derivatives (R, 6, m, 3) by `VIEW_POSE`, from steps that move edges so far."""
         return np.stack(
             [
-                np.stack([self._by_pose(name, steps.of(name), k) for name in POSE])
+                np.stack([self._by_pose(name, step_px, k) for name in VIEW_POSE])
                 for k in range(self._watched.replicas)
             ]
         )
 
-    def _by_pose(self, name: str, step: float, replica: int) -> Array:
-        picture, wide = self._watched.picture, self._watched.effort.steps
+    def _by_pose(self, name: str, step_px: float, replica: int) -> Array:
+        picture, steps = self._watched.picture, self._watched.effort.steps
+        step = self._moves.step(name, step_px)
+        wide = np.ones_like(steps) if name in WIDE else steps
         change = np.zeros((len(wide), 3))
         for factor in np.unique(wide):
             (some,) = np.nonzero(wide == factor)
             forth, back = (
                 picture.mixed(
-                    self._look(some, moved(self._truth, name, sign * factor * step), replica).total,
+                    self._look(some, self._moves.moved(name, sign * factor * step), replica).total,
                     some,
                 )
                 for sign in (1, -1)

@@ -69,7 +69,7 @@ class Effort:
     samples
         (n,) of each pixel in a replica.
     steps
-        (n,) by how many steps the needle is moved for it.
+        (n,) by how many steps the needle is moved for it, where a step moves edges and little else.
     """
 
     samples: NDArray[np.int64]

@@ -40,14 +40,14 @@ class InformationMap:
 
 
 def information_map(
-    by_place: Array, told_by: Array, moves: ViewMoves, picture: Picture, irradiance: Array
+    by_pose: Array, told_by: Array, moves: ViewMoves, picture: Picture, irradiance: Array
 ) -> InformationMap:
     """Spread the information over the pixels.
 
     Parameters
     ----------
-    by_place
-        (R, 3, m, 3) derivatives by x, y, z in independent replicas, at the pixels that count.
+    by_pose
+        (R, 6, m, 3) derivatives by `VIEW_POSE` in independent replicas, at the pixels that count.
     told_by
         (m, 3) information of each reading about its mean.
     moves
@@ -57,10 +57,10 @@ def information_map(
     irradiance
         (h, w, 3) of the window.
     """
-    replicas = len(by_place)
+    replicas = len(by_pose)
     layers = []
-    for move in moves.plane.T[:2]:
-        each = np.einsum("k,rkmc->rmc", move, by_place.astype(np.float64))
+    for move in moves.parallel.T:
+        each = np.einsum("k,rkmc->rmc", move, by_pose[:, :3].astype(np.float64))
         products = each.sum(axis=0) ** 2 - (each**2).sum(axis=0)
         layer = np.zeros(picture.touched.shape)
         layer[picture.touched] = (products * told_by).sum(axis=1) / (replicas * (replicas - 1))

@@ -11,7 +11,7 @@ import numpy as np
 from simtip.bound.derivatives import APPEARANCE
 from simtip.bound.information import Information
 from simtip.bound.maps import InformationMap
-from simtip.bound.pose import PLACE, Axes, ViewMoves
+from simtip.bound.pose import PLACE, POSE, VIEW_PLACE, Axes, ViewMoves
 from simtip.geometry import Array
 
 SIDES = ("left", "right")
@@ -24,11 +24,6 @@ NUISANCES: dict[str, tuple[str, ...]] = {
 }
 """What may be unknown beside the tip's place, and its parameters."""
 
-FLAT = ("along_px", "across_px", "sight_mm")
-"""Moves of the apex that one camera tells apart: two parallel to its image plane, one that it
-hardly sees."""
-
-
 @dataclass(frozen=True, eq=False)
 class ViewBound:
     """What one view tells.
@@ -36,7 +31,7 @@ class ViewBound:
     Attributes
     ----------
     information
-        About the pose and this view's appearance; of nothing if the needle is not in view.
+        About `VIEW_POSE` and this view's appearance; none if the needle is not in view.
     moves
         How the apex moves in its image.
     map
@@ -47,15 +42,22 @@ class ViewBound:
     moves: ViewMoves
     map: InformationMap | None
 
+    def in_world(self) -> Information:
+        """Give it about the pose as the world counts it, `POSE`."""
+        names = self.information.names
+        basis = np.eye(len(names))
+        basis[: len(POSE), : len(POSE)] = self.moves.from_world
+        return self.information.transformed((*POSE, *names[len(POSE) :]), basis)
+
     def deviations_px(self) -> Array:
-        """Give the bound along and across (2,), px, all nuisances free."""
-        moves = [dict(zip(PLACE, row, strict=True)) for row in self.moves.by_place.tolist()]
-        return self.information.deviations(moves)
+        """Give the bound of the apex's image along and across (2,), px, all else unknown."""
+        return self.information.deviations([{name: 1.0} for name in VIEW_PLACE[:2]])
 
     def known_deviations_px(self) -> Array:
-        """Give the same with all but the two moves parallel to the image plane known."""
-        known = self.information.of(PLACE).transformed(FLAT, self.moves.plane).of(FLAT[:2])
-        return known.deviations([{name: 1.0} for name in FLAT[:2]])
+        """Give the same for moves parallel to the image plane, with all else known."""
+        names = VIEW_PLACE[:2]
+        known = self.information.of(VIEW_PLACE).transformed(names, self.moves.parallel)
+        return known.deviations([{name: 1.0} for name in names])
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +68,8 @@ class TipBound:
     ----------
     scene, seed, backend
         What was looked at, and how.
-    step_mm, samples, replicas
-        Step of the derivatives; samples of a pixel at the needle's edge, all replicas together.
+    step_px, step_mm, samples, replicas
+        Step of the derivatives in the left image and at the apex; samples of a pixel at the needle's edge, all replicas together.
     views
         Left and right.
     axes
@@ -82,6 +84,7 @@ class TipBound:
     scene: str
     seed: int
     backend: str
+    step_px: float
     step_mm: float
     samples: int
     replicas: int
@@ -93,7 +96,7 @@ class TipBound:
     @property
     def information(self) -> Information:
         """What both views together tell."""
-        return self.views["left"].information + self.views["right"].information
+        return self.views["left"].in_world() + self.views["right"].in_world()
 
     def deviations_mm(
         self, directions: Sequence[Array], free: Sequence[str] = tuple(NUISANCES)
@@ -141,6 +144,7 @@ class TipBound:
                 "bound_known_px": {side: _along_across(found) for side, found in known_px.items()},
                 "nuisances": list(NUISANCES),
                 "without_effect": list(self.information.silent()),
+                "step_px": self.step_px,
                 "step_mm": self.step_mm,
                 "samples": self.samples,
                 "replicas": self.replicas,

@@ -14,7 +14,7 @@ from simtip.bound.effort import TipZone, effort_for
 from simtip.bound.formation import Picture
 from simtip.bound.information import Information
 from simtip.bound.maps import information_map
-from simtip.bound.pose import PLACE, POSE, Axes, Steps, ViewMoves, steps_for
+from simtip.bound.pose import PLACE, STEP_PX, VIEW_POSE, ViewMoves
 from simtip.bound.result import SIDES, TipBound, ViewBound
 from simtip.geometry import Array
 from simtip.render import Backend, Progress, choose, movable_needle
@@ -38,7 +38,7 @@ def tip_bound(
     *,
     seed: int | None = None,
     backend: Backend | None = None,
-    step_mm: float | None = None,
+    step_px: float = STEP_PX,
     samples: int = SAMPLES,
     check: bool = True,
     progress: Progress | None = None,
@@ -53,8 +53,8 @@ def tip_bound(
         Root of the Monte-Carlo samples, and of clutter and paper; by default the scene's own.
     backend
         What renders; a vectorised one.
-    step_mm
-        Of the central differences; by default about 0.02 px (`simtip.bound.pose.STEP_PX`).
+    step_px
+        How far the central differences move the needle's edges in the image, about.
     samples
         Of a pixel at the needle's edge, all replicas together.
     check
@@ -72,31 +72,32 @@ def tip_bound(
     seed = spec.seed if seed is None else seed
     truth = scene_truth(spec)
     backend = backend or choose()
-    steps = steps_for(truth, step_mm)
     sampled = spec.render.model_copy(update={"noise": None, "samples": VIEW_SAMPLES})
     plain = spec.model_copy(update={"render": sampled})
+    moves = {side: ViewMoves.of(truth, side) for side in SIDES}
     with movable_needle(plain, backend=backend, seed=seed) as needle:
         settled = expose_pair(plain, needle.views, seed=seed, backend=backend).spec
-        watched = {
-            side: _watched(settled, truth, needle, side, samples)
+        seen = [
+            _watched(settled, truth, needle, side, samples)
             for side, view in (("left", needle.views[0]), ("right", needle.views[1]))
             if view.coverage.any()
-        }
-        work = _Work(progress, watched.values(), check=check)
+        ]
+        work = _Work(progress, seen, check=check)
         told = {
-            side: _told(Derivatives(needle, each, truth, work.add), each, truth, steps, check=check)
-            for side, each in watched.items()
+            each.side: _told(needle, each, moves[each.side], work, step_px, check=check)
+            for each in seen
         }
-    views = {side: told[side].bound if side in told else _unseen(truth, side) for side in SIDES}
+    views = {side: told[side].bound if side in told else _unseen(moves[side]) for side in SIDES}
     bound = TipBound(
         scene=spec.name,
         seed=seed,
         backend=backend.variant,
-        step_mm=steps.place_mm,
+        step_px=step_px,
+        step_mm=moves["left"].step_mm(step_px),
         samples=samples,
         replicas=REPLICAS,
         views=views,
-        axes=Axes.of(truth),
+        axes=moves["left"].axes,
     )
     names = sorted({name for each in told.values() for name in each.variants})
     return replace(
@@ -120,7 +121,7 @@ class _Work:
     def __init__(
         self, progress: Progress | None, watched: Iterable[Watched], *, check: bool
     ) -> None:
-        looks = 1 + 2 * len(POSE) * (2 if check else 1)
+        looks = 1 + 2 * len(VIEW_POSE) * (2 if check else 1)
         self._total = sum(int(each.effort.samples.sum()) * each.replicas * looks for each in watched)
         self._progress, self._done = progress, 0
 
@@ -141,10 +142,18 @@ def _watched(
 
 
 def _told(
-    derivatives: Derivatives, watched: Watched, truth: SceneTruth, steps: Steps, *, check: bool
+    needle: MovableNeedle,
+    watched: Watched,
+    moves: ViewMoves,
+    work: _Work,
+    step_px: float,
+    *,
+    check: bool,
 ) -> _Told:
+    """Find out what a view tells."""
+    derivatives = Derivatives(needle, watched, moves, work.add)
     picture, side = watched.picture, watched.side
-    names = (*POSE, *(f"{side}_{name}" for name in APPEARANCE))
+    names = (*VIEW_POSE, *(f"{side}_{name}" for name in APPEARANCE))
     told_by = picture.information(derivatives.irradiance)[picture.touched]
 
     def gathered(by_pose: Array) -> Information:
@@ -153,21 +162,18 @@ def _told(
             names, every.reshape(*every.shape[:2], -1), told_by.reshape(-1)
         )
 
-    by_pose = derivatives.pose(steps)
+    by_pose = derivatives.pose(step_px)
     variants = {"half_samples": gathered(by_pose[: REPLICAS // 2])}
     if check:
-        variants["half_step"] = gathered(derivatives.pose(steps.halved()))
-    moves = ViewMoves.of(truth, side)
-    picture_map = information_map(
-        by_pose[:, : len(PLACE)] , told_by, moves, picture, derivatives.irradiance
-    )
-    return _Told(ViewBound(gathered(by_pose), moves, picture_map), variants)
+        variants["half_step"] = gathered(derivatives.pose(step_px / 2))
+    where = information_map(by_pose, told_by, moves, picture, derivatives.irradiance)
+    return _Told(ViewBound(gathered(by_pose), moves, where), variants)
 
 
-def _unseen(truth: SceneTruth, side: str) -> ViewBound:
+def _unseen(moves: ViewMoves) -> ViewBound:
     """Give what a view without the needle tells: nothing, about any parameter of the pose."""
-    nothing = np.zeros((len(POSE), len(POSE)))
-    return ViewBound(Information(POSE, nothing, nothing), ViewMoves.of(truth, side), None)
+    nothing = np.zeros((len(VIEW_POSE), len(VIEW_POSE)))
+    return ViewBound(Information(VIEW_POSE, nothing, nothing), moves, None)
 
 
 def _convergence(bound: TipBound, told: dict[str, _Told], names: list[str]) -> dict[str, Any]:
