@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from simtip.bound.pose import ViewMoves
 from simtip.geometry import Array
 from simtip.render.view import Floats
-from simtip.truth import SceneTruth
+from simtip.spec import SceneSpec
 
-TIP_FACTOR = 4
+TIP_FACTOR = 16
 """More samples at the tip's edges: few pixels there say nearly all about the place along the axis,
 and their edges hardly move when the needle does so."""
-INSIDE_SHARE = 2
+INSIDE_SHARE = 4
 """Fewer inside, where only shading changes."""
 BESIDE_SHARE = 32
 """Fewer still where the needle was not seen."""
@@ -46,12 +46,11 @@ class TipZone:
     length_px: float
 
     @classmethod
-    def of(cls, truth: SceneTruth, side: str) -> TipZone:
+    def of(cls, moves: ViewMoves, spec: SceneSpec) -> TipZone:
         """Find it in one view."""
-        moves = ViewMoves.of(truth, side)
-        depth_mm = truth.needle.tip.depth_mm(truth.needle.radius_mm)
-        length_px = float(moves.by_place[0] @ truth.axis) * depth_mm
-        return cls(moves.tip_px, moves.axis_px, length_px)
+        needle = spec.needle.needle()
+        rate = float(moves.by_place[0] @ moves.axes.along)  # px per mm
+        return cls(moves.tip_px, moves.axis_px, rate * needle.tip.depth_mm(needle.radius_mm))
 
     def holds(self, u: Array, v: Array) -> NDArray[np.bool_]:
         """Say which pixels lie in it."""

@@ -78,7 +78,7 @@ def tip_bound(
     with movable_needle(plain, backend=backend, seed=seed) as needle:
         settled = expose_pair(plain, needle.views, seed=seed, backend=backend).spec
         seen = [
-            _watched(settled, truth, needle, side, samples)
+            watch(settled, moves[side], needle, side, samples)
             for side, view in (("left", needle.views[0]), ("right", needle.views[1]))
             if view.coverage.any()
         ]
@@ -131,13 +131,27 @@ class _Work:
             self._progress(self._done / self._total)
 
 
-def _watched(
-    spec: SceneSpec, truth: SceneTruth, needle: MovableNeedle, side: Side, samples: int
+def watch(
+    spec: SceneSpec, moves: ViewMoves, needle: MovableNeedle, side: Side, samples: int
 ) -> Watched:
+    """Choose what to look at in one view, and how closely; the needle is in it.
+
+    Parameters
+    ----------
+    spec
+        The scene, its exposure settled.
+    moves
+        How the needle moves in this view.
+    needle
+        What is looked at.
+    side
+        Which view.
+    samples
+        Of a pixel at the needle's edge, all replicas together.
+    """
     view = needle.views[SIDES.index(side)]
     band = needle.band(side)
-    zone = TipZone.of(truth, side)
-    each = effort_for(band, view.coverage, zone, samples, REPLICAS)
+    each = effort_for(band, view.coverage, TipZone.of(moves, spec), samples, REPLICAS)
     return Watched(side, band, each, REPLICAS, Picture(spec, side, view, band))
 
 
