@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
+from simtip.cli_bound import bound
 from simtip.detect import configure
 from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError, SimtipError
@@ -466,6 +467,9 @@ def camera(
         _print_json(result.to_dict())
         return
     show_camera(result.to_dict())
+
+
+app.command()(bound)
 
 
 @app.command()

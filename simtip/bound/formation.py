@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.bound.reading import reading_information
 from simtip.geometry import Array
 from simtip.mix import mix, weights
 from simtip.optics import expose_lens
@@ -15,8 +16,6 @@ from simtip.sensor import FixedPattern, fixed_pattern, responsivity
 from simtip.sensor.dark import dark_electrons, hot_electrons
 from simtip.sensor.mosaic import tile
 from simtip.spec import SceneSpec
-
-from simtip.bound.reading import reading_information
 
 SPARE_PX = 2
 """Around what the point spread reaches: the blur's derivative needs neighbours."""
@@ -44,9 +43,7 @@ class Picture:
         (h, w) bool, pixels of the window that the needle can change, the point spread included.
     """
 
-    def __init__(
-        self, spec: SceneSpec, side: str, view: View, band: NDArray[np.uint32]
-    ) -> None:
+    def __init__(self, spec: SceneSpec, side: str, view: View, band: NDArray[np.uint32]) -> None:
         self._spec, self._side = spec, side
         self._camera_spec = spec.rig.left if side == "left" else spec.rig.right
         height, width = view.coverage.shape
@@ -137,7 +134,8 @@ class Picture:
 
 def _reach_px(spec: SceneSpec, parts: tuple[Array, tuple[Array, ...]]) -> int:
     gaussian, airy = parts
-    return SPARE_PX + gaussian.size // 2 + max(kernel.shape[0] // 2 for kernel in airy)
+    widest = max(len(kernel) for kernel in airy)
+    return SPARE_PX + len(gaussian) // 2 + widest // 2
 
 
 def _framed(places: NDArray[np.intp], size: int, margin: int) -> slice:

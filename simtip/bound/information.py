@@ -127,23 +127,23 @@ class Information:
         left = self.of([name for name in self.names if name not in silent])
         factors = np.array([[c.get(name, 0.0) for name in left.names] for c in wanted])
         lost = np.array([any(c.get(name, 0.0) for name in silent) for c in wanted])
-        found = left._deviations(factors) if left.names else np.full(len(wanted), np.inf)  # noqa: SLF001 (of its own kind)
-        found[lost] = np.inf
-        return found
+        found = _deviations(left, factors) if left.names else np.full(len(wanted), np.inf)
+        return np.where(lost, np.inf, found)
 
-    def _deviations(self, factors: Array) -> Array:
-        """Give the bounds (k,) of combinations (k, p) of parameters that all have information."""
-        # Scaled by what each does to the image alone, so that units do not matter.
-        scale = 1 / np.sqrt(np.diag(self.matrix))
-        value, vector = np.linalg.eigh(self.matrix * np.outer(scale, scale))
-        noise = np.einsum("ij,ik,kj->j", vector, self.noise * np.outer(scale, scale), vector)
-        limit = np.maximum(NOTICEABLE * noise, RANK_TOLERANCE * value[-1])
-        kept = value > limit
-        parts = (factors * scale) @ vector
-        variance = (parts[:, kept] ** 2 / value[kept]).sum(axis=1)
-        size = np.linalg.norm(factors * scale, axis=1)
-        lost = np.linalg.norm(parts[:, ~kept], axis=1) > SHARE * size
-        return np.where(lost, np.inf, np.sqrt(variance))
+
+def _deviations(about: Information, factors: Array) -> Array:
+    """Give the bounds (k,) of combinations (k, p) of parameters that all have information."""
+    # Scaled by what each does to the image alone, so that units do not matter.
+    scale = 1 / np.sqrt(np.diag(about.matrix))
+    value, vector = np.linalg.eigh(about.matrix * np.outer(scale, scale))
+    noise = np.einsum("ij,ik,kj->j", vector, about.noise * np.outer(scale, scale), vector)
+    limit = np.maximum(NOTICEABLE * noise, RANK_TOLERANCE * value[-1])
+    kept = value > limit
+    parts = (factors * scale) @ vector
+    variance = (parts[:, kept] ** 2 / value[kept]).sum(axis=1)
+    size = np.linalg.norm(factors * scale, axis=1)
+    lost = np.linalg.norm(parts[:, ~kept], axis=1) > SHARE * size
+    return np.asarray(np.where(lost, np.inf, np.sqrt(variance)))
 
 
 def _gram(derivatives: Array, weights: Array) -> Array:

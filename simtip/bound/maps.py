@@ -58,7 +58,7 @@ def information_map(
         (h, w, 3) of the window.
     """
     replicas = len(by_pose)
-    layers = []
+    layers: list[Array] = []
     for move in moves.parallel.T:
         each = np.einsum("k,rkmc->rmc", move, by_pose[:, :3].astype(np.float64))
         products = each.sum(axis=0) ** 2 - (each**2).sum(axis=0)
@@ -68,4 +68,5 @@ def information_map(
     rows, columns = picture.window
     corner = int(columns.start), int(rows.start)
     image = np.asarray(irradiance @ GRAY, np.float64)
-    return InformationMap(*layers, image, corner, moves.size_px, moves)
+    along, across = layers
+    return InformationMap(along, across, image, corner, moves.size_px, moves)

@@ -65,9 +65,7 @@ def _range_e(sensor: SensorSpec) -> tuple[Array, Array]:
     """Give the electrons (3,) at which the lowest code ends and the highest begins."""
     gain = gains(sensor)
     top = 2**sensor.bit_depth - 1
-    low, high = (
-        top * (code / top) ** (1 / sensor.gamma) for code in (HALF_CODE, top - HALF_CODE)
-    )
+    low, high = (top * (code / top) ** (1 / sensor.gamma) for code in (HALF_CODE, top - HALF_CODE))
     ceiling = (high - sensor.black_level_dn) / gain
     if sensor.effects.full_well:
         ceiling = np.minimum(ceiling, sensor.full_well_e)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from simtip.bound.maps import InformationMap
 from simtip.bound.pose import PLACE, POSE, VIEW_PLACE, Axes, ViewMoves
 from simtip.geometry import Array
 
-SIDES = ("left", "right")
+SIDES: tuple[Literal["left"], Literal["right"]] = ("left", "right")
 
 NUISANCES: dict[str, tuple[str, ...]] = {
     "axis": ("turn_1", "turn_2"),
@@ -23,6 +23,7 @@ NUISANCES: dict[str, tuple[str, ...]] = {
     "blur": tuple(f"{side}_blur" for side in SIDES),
 }
 """What may be unknown beside the tip's place, and its parameters."""
+
 
 @dataclass(frozen=True, eq=False)
 class ViewBound:
@@ -119,7 +120,10 @@ class TipBound:
     def place_mm(self, free: Sequence[str] = tuple(NUISANCES)) -> dict[str, float]:
         """Give x, y, z and their norm, mm; inf where the images do not determine it."""
         found = self.deviations_mm(list(np.eye(3)), free)
-        return {**dict(zip(PLACE, found.tolist(), strict=True)), "norm": float(np.hypot.reduce(found))}
+        return {
+            **dict(zip(PLACE, found.tolist(), strict=True)),
+            "norm": float(np.hypot.reduce(found)),
+        }
 
     def axis_mm(self, free: Sequence[str] = tuple(NUISANCES)) -> dict[str, float]:
         """Give the bound along the axis, across it, and in depth, mm."""
@@ -131,7 +135,7 @@ class TipBound:
         """Give plain numbers and texts; null where the images do not determine a quantity."""
         px = {side: view.deviations_px() for side, view in self.views.items()}
         known_px = {side: view.known_deviations_px() for side, view in self.views.items()}
-        return _finite(
+        return _finite_only(
             {
                 "scene": self.scene,
                 "seed": self.seed,
@@ -176,7 +180,12 @@ def _along_across(found: Array) -> dict[str, float]:
     return {"along": float(found[0]), "across": float(found[1])}
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+def _finite_only(data: dict[str, Any]) -> dict[str, Any]:
+    """Put None for numbers that are not finite."""
+    found: dict[str, Any] = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            found[key] = _finite_only(value)
+        else:
+            found[key] = None if isinstance(value, float) and not np.isfinite(value) else value
+    return found

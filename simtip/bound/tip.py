@@ -20,7 +20,7 @@ from simtip.geometry import Array
 from simtip.render import Backend, Progress, choose, movable_needle
 from simtip.simulation import expose_pair
 from simtip.spec import SceneSpec
-from simtip.truth import SceneTruth, scene_truth
+from simtip.truth import scene_truth
 
 if TYPE_CHECKING:
     from simtip.render.moved import MovableNeedle, Side
@@ -79,11 +79,11 @@ def tip_bound(
         settled = expose_pair(plain, needle.views, seed=seed, backend=backend).spec
         seen = [
             watch(settled, moves[side], needle, side, samples)
-            for side, view in (("left", needle.views[0]), ("right", needle.views[1]))
+            for side, view in zip(SIDES, needle.views, strict=True)
             if view.coverage.any()
         ]
         work = _Work(progress, seen, check=check)
-        told = {
+        told: dict[str, _Told] = {
             each.side: _told(needle, each, moves[each.side], work, step_px, check=check)
             for each in seen
         }
@@ -122,7 +122,8 @@ class _Work:
         self, progress: Progress | None, watched: Iterable[Watched], *, check: bool
     ) -> None:
         looks = 1 + 2 * len(VIEW_POSE) * (2 if check else 1)
-        self._total = sum(int(each.effort.samples.sum()) * each.replicas * looks for each in watched)
+        once = sum(int(each.effort.samples.sum()) * each.replicas for each in watched)
+        self._total = once * looks
         self._progress, self._done = progress, 0
 
     def add(self, samples: int) -> None:

@@ -51,7 +51,9 @@ class BandLight:
 
 
 class MovableNeedle:
-    """A scene that is loaded and lit, whose needle can be moved; made by `simtip.render.movable_needle`.
+    """A scene that is loaded and lit, whose needle can be moved.
+
+    `simtip.render.movable_needle` makes it.
 
     Attributes
     ----------
