@@ -31,7 +31,7 @@ def bound(
         typer.Option(
             "--samples", metavar="N", min=8, max=4096, help="Of a pixel at the needle's edge."
         ),
-    ] = 512,
+    ] = 256,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
 ) -> None:
     """Give the Cramer-Rao bound of a scene's tip: the least error that any method can have."""

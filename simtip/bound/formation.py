@@ -48,7 +48,7 @@ class Picture:
         self._camera_spec = spec.rig.left if side == "left" else spec.rig.right
         height, width = view.coverage.shape
         rows, columns = np.divmod(band.astype(np.intp), width)
-        reach = _reach_px(spec, self._camera_spec.lens.point_spread(spec.sensor).parts)
+        reach = _reach_px(self._camera_spec.lens.point_spread(spec.sensor).parts)
         self.window = _framed(rows, height, 2 * reach), _framed(columns, width, 2 * reach)
         self._place = rows - self.window[0].start, columns - self.window[1].start
         shape = tuple(s.stop - s.start for s in self.window)
@@ -132,7 +132,7 @@ class Picture:
         return np.asarray(channels[np.ix_(rows, columns)][..., None] == np.arange(3), np.float64)
 
 
-def _reach_px(spec: SceneSpec, parts: tuple[Array, tuple[Array, ...]]) -> int:
+def _reach_px(parts: tuple[Array, tuple[Array, ...]]) -> int:
     gaussian, airy = parts
     widest = max(len(kernel) for kernel in airy)
     return SPARE_PX + len(gaussian) // 2 + widest // 2

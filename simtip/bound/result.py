@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from simtip.bound.information import Information
 from simtip.bound.maps import InformationMap
 from simtip.bound.pose import PLACE, POSE, VIEW_PLACE, Axes, ViewMoves
 from simtip.geometry import Array
-
-SIDES: tuple[Literal["left"], Literal["right"]] = ("left", "right")
+from simtip.noise_budget import SIDES, Side
 
 NUISANCES: dict[str, tuple[str, ...]] = {
     "axis": ("turn_1", "turn_2"),
@@ -70,7 +69,8 @@ class TipBound:
     scene, seed, backend
         What was looked at, and how.
     step_px, step_mm, samples, replicas
-        Step of the derivatives in the left image and at the apex; samples of a pixel at the needle's edge, all replicas together.
+        Step of the derivatives in the left image and at the apex; samples of a pixel at the
+        needle's edge, all replicas together; in how many.
     views
         Left and right.
     axes
@@ -89,7 +89,7 @@ class TipBound:
     step_mm: float
     samples: int
     replicas: int
-    views: dict[str, ViewBound]
+    views: dict[Side, ViewBound]
     axes: Axes
     convergence: dict[str, Any] = field(default_factory=dict)
     timings_s: dict[str, float] = field(default_factory=dict)
@@ -120,10 +120,8 @@ class TipBound:
     def place_mm(self, free: Sequence[str] = tuple(NUISANCES)) -> dict[str, float]:
         """Give x, y, z and their norm, mm; inf where the images do not determine it."""
         found = self.deviations_mm(list(np.eye(3)), free)
-        return {
-            **dict(zip(PLACE, found.tolist(), strict=True)),
-            "norm": float(np.hypot.reduce(found)),
-        }
+        norm = float(np.hypot.reduce(found))
+        return {**dict(zip(PLACE, found.tolist(), strict=True)), "norm": norm}
 
     def axis_mm(self, free: Sequence[str] = tuple(NUISANCES)) -> dict[str, float]:
         """Give the bound along the axis, across it, and in depth, mm."""

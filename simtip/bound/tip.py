@@ -15,17 +15,18 @@ from simtip.bound.formation import Picture
 from simtip.bound.information import Information
 from simtip.bound.maps import information_map
 from simtip.bound.pose import PLACE, STEP_PX, VIEW_POSE, ViewMoves
-from simtip.bound.result import SIDES, TipBound, ViewBound
+from simtip.bound.result import TipBound, ViewBound
 from simtip.geometry import Array
+from simtip.noise_budget import SIDES, Side
 from simtip.render import Backend, Progress, choose, movable_needle
 from simtip.simulation import expose_pair
 from simtip.spec import SceneSpec
 from simtip.truth import scene_truth
 
 if TYPE_CHECKING:
-    from simtip.render.moved import MovableNeedle, Side
+    from simtip.render.moved import MovableNeedle
 
-SAMPLES = 512
+SAMPLES = 256
 """Of a pixel at the needle's edge, by default."""
 REPLICAS = 4
 """Of every derivative; an even number, so that halves can be compared."""
@@ -83,7 +84,7 @@ def tip_bound(
             if view.coverage.any()
         ]
         work = _Work(progress, seen, check=check)
-        told: dict[str, _Told] = {
+        told = {
             each.side: _told(needle, each, moves[each.side], work, step_px, check=check)
             for each in seen
         }
@@ -191,7 +192,7 @@ def _unseen(moves: ViewMoves) -> ViewBound:
     return ViewBound(Information(VIEW_POSE, nothing, nothing), moves, None)
 
 
-def _convergence(bound: TipBound, told: dict[str, _Told], names: list[str]) -> dict[str, Any]:
+def _convergence(bound: TipBound, told: dict[Side, _Told], names: list[str]) -> dict[str, Any]:
     """Compare the bound with what other settings give."""
     found: dict[str, Any] = {}
     norm = bound.place_mm()["norm"]
