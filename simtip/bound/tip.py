@@ -203,6 +203,7 @@ def _convergence(bound: TipBound, told: dict[Side, _Told], names: list[str]) -> 
         }
         found[name] = replace(bound, views=views).place_mm()["norm"] / norm
     every = bound.information.of(PLACE)
-    share = np.diag(every.noise) / np.diag(every.matrix)
+    signal, noise = np.diag(every.matrix), np.diag(every.noise)
+    share = np.divide(noise, signal, out=np.full(len(signal), np.inf), where=signal > 0)
     found["noise_share"] = dict(zip(PLACE, share.tolist(), strict=True))
     return found
