@@ -78,8 +78,12 @@ def magnification(lens: LensSpec) -> float:
 
 
 def expose_lens(
-    radiance: NDArray[np.float32], camera: Camera, lens: LensSpec, sensor: SensorSpec
-) -> NDArray[np.float32]:
+    radiance: NDArray[Real],
+    camera: Camera,
+    lens: LensSpec,
+    sensor: SensorSpec,
+    window: tuple[slice, slice] | None = None,
+) -> NDArray[Real]:
     """Give the irradiance of the sensor behind a lens, (H, W, 3) W m^-2.
 
     Parameters
@@ -93,9 +97,13 @@ def expose_lens(
         f-number N (1 + m) counts, for light and diffraction alike.
     sensor
         Wavelengths and pixel pitch, for the point spread.
+    window
+        Rows and columns that `radiance` shows, if not all: right but within the point spread's
+        reach of the window's border, where light from outside it is missed.
     """
     light = irradiance(radiance, lens.working_f_number())
     if lens.cos4 or lens.vignetting:
-        light = light * relative_illumination(camera, lens)[..., None]
+        kept = relative_illumination(camera, lens)
+        light = light * (kept if window is None else kept[window])[..., None]
     psf = lens.point_spread(sensor)
     return light if psf.is_identity else blur(light, psf)

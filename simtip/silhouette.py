@@ -44,7 +44,7 @@ def projected_axis(needle: Needle, T_cn: Pose, camera: Camera) -> Array:
     apex = T_cn.apply(needle.apex)
     if not apex[2] > 0:
         raise ValueError("the tip is not in front of the camera")
-    jacobian = _jacobian(camera, apex)
+    jacobian = projection_jacobian(camera, apex)
     along = jacobian @ T_cn.R[:, 2]
     scale = max(camera.K[0, 0], camera.K[1, 1]) / apex[2]
     if not np.linalg.norm(along) > 1e-9 * scale:
@@ -54,8 +54,8 @@ def projected_axis(needle: Needle, T_cn: Pose, camera: Camera) -> Array:
     return unit(along)
 
 
-def _jacobian(camera: Camera, point: Array) -> Array:
-    """Give the derivative (2, 3) of the projection by the point (3,), px per mm."""
+def projection_jacobian(camera: Camera, point: Array) -> Array:
+    """Give the derivative (2, 3) of the projection by the point (3,), camera frame, px per mm."""
     distortion = np.asarray(camera.distortion) if camera.distortion else np.zeros(4)
     _, jacobian = cv2.projectPoints(
         point.reshape(1, 1, 3), np.zeros(3), np.zeros(3), camera.K, distortion
@@ -117,7 +117,7 @@ def _on_the_balls(
     centres = centres[np.linalg.norm(centres - start, axis=1) < 2 * r]
     pixel: Array = camera.project(start)
     for _ in range(20 if len(centres) else 0):
-        gradient = backward @ _jacobian(camera, start)
+        gradient = backward @ projection_jacobian(camera, start)
         start = centres[np.argmin(centres @ gradient)] - r * unit(gradient)
         moved = camera.project(start)
         if not moved @ backward < pixel @ backward:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from simtip.cli.boards import boards
+from simtip.cli.bound import bound
 from simtip.cli.calibrate import calibrate
 from simtip.cli.camera import camera
 from simtip.cli.detect import detect
@@ -49,7 +50,7 @@ def _root(
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     *(run, render, remix, measure, detect),
-    *(rig, boards, calibrate, camera, doctor, schema),
+    *(rig, boards, calibrate, camera, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
 

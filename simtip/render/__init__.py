@@ -5,6 +5,10 @@ Importing this package loads neither Mitsuba nor Dr.Jit; the first render does.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
 from numpy.typing import ArrayLike
 
 from simtip.camera import Camera
@@ -16,12 +20,16 @@ from simtip.render.backend import Backend, activated, choose
 from simtip.render.view import Floats, Progress, Tolerance, View
 from simtip.spec import SceneSpec
 
+if TYPE_CHECKING:
+    from simtip.render.moved import MovableNeedle
+
 __all__ = [
     "Backend",
     "Progress",
     "Tolerance",
     "View",
     "choose",
+    "movable_needle",
     "render_board",
     "render_discs",
     "render_pair",
@@ -67,6 +75,37 @@ def render_pair(
         else:
             from simtip.render.pair import render_views
         return render_views(spec, backend, spec.seed if seed is None else seed, tolerance, progress)
+
+
+@contextmanager
+def movable_needle(spec: SceneSpec, *, backend: Backend, seed: int) -> Iterator[MovableNeedle]:
+    """Render a scene, and keep it loaded so that its needle can be moved and looked at again.
+
+    Parameters
+    ----------
+    spec
+        The scene; `render.samples` are spent on every sampled pixel of the views, whatever
+        `render.noise` says.
+    backend
+        A vectorised one. It stays active within the block.
+    seed
+        Of the Monte-Carlo samples.
+
+    Raises
+    ------
+    InputError
+        The back end is scalar.
+    """
+    if backend.name == "scalar":
+        raise InputError(
+            "the scalar back end cannot move a needle that is loaded",
+            field="--backend",
+            remedy="install an LLVM library, see `simtip doctor`",
+        )
+    with activated(backend):
+        from simtip.render.moved import set_movable
+
+        yield set_movable(spec, backend, seed)
 
 
 def render_board(

@@ -43,10 +43,9 @@ class NeedleSubject(Subject):
         self._needle, self._T_wn = spec.needle.needle(), spec.needle.pose()
         self._metal = metal_bsdf(spec.needle.material, spec.sensor)
         self._shape: Any = None
-        self._brush: Any = None
-        if spec.needle.material.roughness_along is not None:
-            axis = unit(np.array(spec.needle.axis))
-            self._brush = mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in axis])
+        self._axis = unit(np.array(spec.needle.axis))
+        self._brushed_along = spec.needle.material.roughness_along is not None
+        self._brush: Any = _vector(self._axis) if self._brushed_along else None
 
     @override
     def vertices(self) -> Array:
@@ -75,6 +74,24 @@ class NeedleSubject(Subject):
     def bind(self, shapes: dict[str, Any]) -> None:
         """Take hold of the instance."""
         self._shape = pointer(shapes["needle"])
+
+    def move(self, scene: Any, move: Pose) -> None:
+        """Move it in a loaded scene, away from where the scene's data has it.
+
+        Parameters
+        ----------
+        scene
+            `mitsuba.Scene` with this needle.
+        move
+            From where a point of it was in the world to where it is, mm; the identity puts it back.
+            `footprint` and `vertices` stay those of where it was.
+        """
+        parameters = mi.traverse(scene)
+        matrix = (move @ self._T_wn).matrix().tolist()
+        parameters["needle.to_world"] = type(parameters["needle.to_world"])(matrix)
+        parameters.update()
+        if self._brushed_along:
+            self._brush = _vector(move.rotate(self._axis))
 
     @override
     def light(self, lighting: Lighting) -> None:
@@ -115,6 +132,10 @@ class NeedleSubject(Subject):
         si.sh_frame.t = dr.cross(si.sh_frame.n, s)
         si.wi = si.to_local(-ray.d)
         return si
+
+
+def _vector(values: Array) -> Any:
+    return mi.Vector3f([dr.opaque(mi.Float, float(v)) for v in values])
 
 
 def needle_mesh(needle: Needle, T_an: Pose, parts: dict[str, Any]) -> Any:

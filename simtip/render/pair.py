@@ -7,6 +7,8 @@ their noise is as small as asked. A lamp thinner than a pixel may be missed.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from simtip.clutter import ClutterObject, board_texture, grouped, objects
@@ -30,6 +32,25 @@ USUAL_SAMPLES = 500
 """That a pixel takes: a guess, for the progress bar."""
 
 
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A scene loaded and lit, and what each camera will have to look at.
+
+    Attributes
+    ----------
+    world
+        The loaded scene.
+    looks
+        Left and right.
+    backdrop
+        The background with its light.
+    """
+
+    world: World
+    looks: tuple[Look, Look]
+    backdrop: Backdrop
+
+
 def render_views(
     spec: SceneSpec,
     backend: Backend,
@@ -39,18 +60,25 @@ def render_views(
     subject: Subject | None = None,
 ) -> tuple[View, View]:
     """Render left and right; see `simtip.render.render_pair`."""
+    tally = Tally(progress)
+    stage = set_stage(spec, seed, tolerance, tally, subject or NeedleSubject(spec))
+    return paint(spec, stage, backend, seed, tolerance, tally)
+
+
+def set_stage(
+    spec: SceneSpec, seed: int, tolerance: Tolerance | None, tally: Tally, subject: Subject
+) -> Stage:
+    """Load a scene with a subject before its cameras, and work out the light on its background."""
     rig = spec.rig.rig()
     clutter = solid_clutter(spec, seed)
-    world = load_world(spec, seed, subject or NeedleSubject(spec), clutter)
+    world = load_world(spec, seed, subject, clutter)
     lenses = spec.rig.left.lens.thin_lens(), spec.rig.right.lens.thin_lens()
     left = look_through(spec, world, "left", rig.left, Pose.identity(), lenses[0], clutter)
     right = look_through(spec, world, "right", rig.right, rig.T_lr, lenses[1], clutter)
-    looks = [left, right]
-    tally = Tally(progress)
-    for look in looks:
+    for look in (left, right):
         tally.plan(look.open_samples * int((~look.full).sum()))
         tally.expect(min(spec.render.samples, USUAL_SAMPLES) * int(look.full.sum()))
-    low, high = _seen_box(spec, world, looks)
+    low, high = _seen_box(spec, world, [left, right])
     lighting = Lighting(spec, world, seed, tally, tolerance)
     world.subject.light(lighting)
     backdrop = Backdrop(
@@ -60,7 +88,20 @@ def render_views(
         board_texture(spec.background, spec.clutter, seed, low, high),
         tuple(np.array(lamp.centre_mm) for lamp in spec.lamps),
     )
-    canvases = [Canvas(look, world, backdrop, seed, tally) for look in looks]
+    return Stage(world, (left, right), backdrop)
+
+
+def paint(
+    spec: SceneSpec,
+    stage: Stage,
+    backend: Backend,
+    seed: int,
+    tolerance: Tolerance | None,
+    tally: Tally,
+) -> tuple[View, View]:
+    """Look at what is on a stage, left and right."""
+    world, backdrop = stage.world, stage.backdrop
+    canvases = [Canvas(look, world, backdrop, seed, tally) for look in stage.looks]
     goal = _goal(spec, canvases, tolerance)
     for canvas in canvases:
         canvas.refine_open(backdrop, goal, tally)

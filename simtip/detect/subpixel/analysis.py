@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from simtip.detect.gray import Gray
 from simtip.detect.observation import TipStatus
@@ -123,6 +125,17 @@ def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis
     InputError
         The array is no image of a supported kind.
     """
+    # Its matrices are small: threads of BLAS would only wait for each other.
+    with _blas().limit(limits=1, user_api="blas"):
+        return _analysed(image, parameters)
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
     gray = coarse_gray(image, parameters.full_scale)
     widths = parameters.min_width_px, parameters.max_width_px
     bands = find_bands(gray, widths) or find_bands(gray, widths, reduce=1)
@@ -328,7 +341,7 @@ def _best_tip(
             found = fit_tip(scenery, FAMILIES[name], v_end, begin, known)
         except np.linalg.LinAlgError:
             continue
-        if best is None or found.cost < best.cost:
+        if best is None or found.better_than(best):
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")

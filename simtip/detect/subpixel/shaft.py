@@ -120,7 +120,7 @@ class Shaft:
 
     def slope(self, v: Array) -> Array:
         """Give du/dv of the axis at rows v."""
-        return np.asarray(polyval(self.t(v), polyder(self.axis))) / self.scale
+        return np.asarray(polyval(self.t(v), polyder(self.axis)) / self.scale, np.float64)
 
     def half_px(self, v: Array) -> Array:
         """Give half the width across the axis at rows v."""

@@ -88,7 +88,7 @@ def trace(gray: Gray, centre: tuple[float, float], width_px: float) -> Trace | N
     seen = gray[v[:, None], np.clip(columns, 0, width - 1)].astype(np.float32)
     seen = np.asarray(cv2.blur(seen, (3, SMOOTH_ROWS), borderType=cv2.BORDER_REPLICATE), np.float32)
     offset = columns - u[:, None]
-    level = _background(seen, offset, half)
+    level = _background(seen, half)
     dark: NDArray[np.float32] = np.subtract(level[:, None], seen, dtype=np.float32)
     np.abs(dark, out=dark)
     dark[np.abs(offset) > half + 4] = 0
@@ -118,16 +118,14 @@ def trace(gray: Gray, centre: tuple[float, float], width_px: float) -> Trace | N
     )
 
 
-def _background(seen: NDArray[np.float32], offset: Array, half: float) -> NDArray[np.float32]:
-    """Give the background's level (n,) beside the needle: the mean of both sides' medians."""
+def _background(seen: NDArray[np.float32], half: float) -> NDArray[np.float32]:
+    """Give the background's level (n,) beside the needle: the brighter of both sides' medians."""
     side = seen.shape[1]
     room = max(2, int((side - 2 * half) / 2) - 3)
-    sides = [np.median(part, axis=1) for part in (seen[:, :room], seen[:, side - room :])]
-    level = np.maximum(*sides) if offset.size else sides[0]
-    wide: NDArray[np.float32] = np.asarray(
-        cv2.blur(level[:, None].astype(np.float32), (1, 31), borderType=cv2.BORDER_REPLICATE)
-    )[:, 0]
-    return wide
+    left, right = (np.median(part, axis=1) for part in (seen[:, :room], seen[:, side - room :]))
+    level = np.maximum(left, right).astype(np.float32)[:, None]
+    wide = np.asarray(cv2.blur(level, (1, 31), borderType=cv2.BORDER_REPLICATE), np.float32)
+    return wide.reshape(-1)
 
 
 def _longest(there: NDArray[np.bool_]) -> tuple[int, int]:

@@ -1,0 +1,148 @@
+"""The figures of docs/detectors.md: computed as its text says, and those that are stored."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "benchmarks"
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    """The script, with its neighbours importable."""
+    monkeypatch.syspath_prepend(FOLDER)
+    import detectors
+
+    return detectors
+
+
+def pair(trials, along, across, *, pose="0", claimed=None, error_mm=0.1, in_view=(True, True)):
+    looks = tuple(
+        trials.Look(f"{pose} {side}", seen, "ok", along, across, 18.0, claimed)
+        for side, seen in zip(("left", "right"), in_view, strict=True)
+    )
+    return trials.Try(looks, error_mm, 0.01)
+
+
+@pytest.fixture
+def trials(monkeypatch):
+    monkeypatch.syspath_prepend(FOLDER)
+    import detector_trials
+
+    return detector_trials
+
+
+def test_bias_and_rmse_are_of_right_tips_alone(bench, trials):
+    tried = [pair(trials, a, 0.5) for a in (8.0, 10.0)] + [pair(trials, -90.0, 20.0, error_mm=9.0)]
+    found = bench.figures(tried)
+    assert (found["found"], found["right"]) == (1, pytest.approx(2 / 3))
+    assert found["bias_px"] == {"along": 9, "across": 0.5}
+    assert found["rmse_px"]["along"] == pytest.approx(np.sqrt(82))
+    assert (found["pairs_right"], found["largest_mm"]) == (2, 0.1)
+    assert found["ms"] == pytest.approx(10)
+
+
+def test_no_tip_lowers_the_rate_and_gives_no_number(bench, trials):
+    none = trials.Look("0 left", True, "no_edge", None, None, 18.0, None)
+    found = bench.figures([trials.Try((none, none), None, 0.01)])
+    assert (found["found"], found["right"]) == (0, 0)
+    assert found["statuses"] == {"no_edge": 2}
+    for name in ("bias_px", "rmse_px", "rmse_mm", "scatter_px", "claimed_to_scatter"):
+        assert found[name] is None
+
+
+def test_a_tip_in_an_image_without_one_is_false(bench, trials):
+    found = bench.figures([pair(trials, 1.0, 0.0, in_view=(True, False))])
+    assert (found["images"], found["found"], found["false"], found["empty"]) == (1, 1, 1, 1)
+    assert found["pairs_right"] == 0
+
+
+def test_claims_are_judged_by_fresh_noise_and_not_by_bias(bench, trials):
+    rng = np.random.default_rng(1)
+    tried = [
+        pair(trials, 5 * pose + rng.normal(0, 0.2), rng.normal(0, 0.1), pose=str(pose),
+             claimed=(0.04, 0.04))
+        for pose in range(4)
+        for _ in range(400)
+    ]  # fmt: skip
+    found = bench.figures(tried)
+    assert found["scatter_px"]["along"] == pytest.approx(0.2, rel=0.06)
+    assert found["claimed_to_scatter"]["along"] == pytest.approx(1, rel=0.06)
+    assert found["claimed_to_scatter"]["across"] == pytest.approx(2, rel=0.06)
+
+
+def test_efficiency_is_bound_over_rmse(bench, trials):
+    view = {"along": 0.1, "across": 0.05}
+    bound = {"bound_px": {"left": view, "right": view}, "bound_mm": {"norm": 0.02}}
+    found = bench.figures([pair(trials, 0.2, 0.2)], bound)
+    assert found["efficiency_px"] == {"along": pytest.approx(0.5), "across": pytest.approx(0.25)}
+    assert found["efficiency_mm"] == pytest.approx(0.2)
+
+
+def test_the_page_shows_the_stored_figures(bench):
+    stored = json.loads(bench.STORED.read_text(encoding="utf-8"))
+    text = bench.PAGE.read_text(encoding="utf-8")
+    assert stored["quick"] is False
+    assert bench.written(text, bench.table(stored)) == text
+    stored["conditions"][0]["methods"]["lin2020"]["ms"] += 1000
+    assert bench.written(text, bench.table(stored)) != text
+
+
+def test_the_page_and_the_figures_name_every_hard_scene(bench):
+    names = {file.stem for file in (ROOT / "scenes" / "hard").glob("*.yaml")}
+    text = bench.PAGE.read_text(encoding="utf-8").partition(bench.BEGIN)[0]
+    assert {name for name in names if f"`{name}`" not in text} == set()
+    stored = json.loads(bench.STORED.read_text(encoding="utf-8"))
+    assert {one["name"] for one in stored["conditions"] if one["group"] == "hard"} == names
+
+
+@pytest.mark.slow
+def test_every_condition_is_possible(bench):
+    every = bench.conditions(poses=1, exposures=2)
+    assert len({(one.group, one.name) for one in every}) == len(every)
+    for condition in every:
+        if condition.group != "hard":
+            (scene,) = condition.scenes()
+            assert scene.rig.left.roi[2:] == scene.rig.right.roi[2:] == (320, 440)
+
+
+@pytest.mark.usefixtures("bench")
+def test_lossy_storage_keeps_the_picture_in_place():
+    import lossy_storage
+
+    v, u = np.mgrid[:41, :61]
+    image = np.repeat((120 + 60 * np.sin(u / 9) * np.cos(v / 7))[..., None], 3, axis=2)
+    image = image.astype(np.uint8) - np.array([0, 10, 30], np.uint8)
+    for store in (lossy_storage.jpeg, lossy_storage.mpeg4):
+        back = store(image)
+        assert back.shape == image.shape
+        difference = back.astype(float) - image
+        assert 0 < np.abs(difference).mean() < 4
+        assert np.abs(difference.mean(axis=(0, 1))).max() < 6  # channels in their order
+
+
+@pytest.mark.slow
+def test_it_runs_on_a_hard_scene():
+    done = subprocess.run(
+        [
+            *(sys.executable, "-W", "error", str(FOLDER / "detectors.py"), "--quick"),
+            *("--poses", "1", "--exposures", "2", "--only", "blunt", "--detector", "lin2020"),
+        ],
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=ROOT,
+    )
+    (one,) = json.loads(done.stdout)["conditions"]
+    assert (one["group"], one["name"]) == ("hard", "blunt")
+    found = one["methods"]["lin2020"]
+    assert (found["pairs"], found["right"]) == (2, 1)
+    assert abs(found["bias_px"]["along"]) < 2
