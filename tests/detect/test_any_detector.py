@@ -24,9 +24,7 @@ def report(name):
 SLOW = {"subpixel"}
 
 
-@pytest.fixture(
-    params=[pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in NAMES]
-)
+@pytest.fixture(params=[pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in NAMES])
 def name(request):
     return request.param
 

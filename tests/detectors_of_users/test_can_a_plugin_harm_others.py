@@ -12,6 +12,8 @@ from programs import GRAY
 from simtip import detect
 from simtip.errors import InputError
 
+BUILT_IN = ("lin2020", "subpixel")
+
 
 @pytest.fixture
 def install(tmp_path, monkeypatch):
@@ -44,7 +46,7 @@ def listed():
 
 def test_a_plugin_is_a_detector_by_name(install):
     install("good-ones", "pointed = plug_good:find", plug_good=GOOD)
-    assert detect.names() == ("lin2020", "pointed")
+    assert detect.names() == (*sorted({*BUILT_IN, "pointed"}),)
     assert "plug_good" not in sys.modules, "names() imports nothing"
     assert detect.configure("pointed", {"u": "5"})(GRAY).tip_px.tolist() == [5, 4]
     assert [p.name for p in detect.parameters_of("pointed")] == ["u"]
@@ -79,7 +81,7 @@ def test_a_broken_one_is_listed_with_its_fault_and_hinders_no_other(value, text,
     install("bad-ones", f"bent = {value}", plug_a=text)
     install("good-ones", "pointed = plug_good:find", plug_good=GOOD)
     found = listed()
-    assert set(found) == {"lin2020", "pointed", "bent"}
+    assert set(found) == {*BUILT_IN, "pointed", "bent"}
     assert found["bent"].detector is None
     assert found["bent"].fault
     assert fault in found["bent"].fault
@@ -94,12 +96,12 @@ def test_metadata_that_cannot_be_read_hides_no_other(install):
     info = install("bad-ones", "")
     (info / "entry_points.txt").write_bytes(b"[simtip.detectors]\nno equals sign\n\xff\n")
     install("good-ones", "pointed = plug_good:find", plug_good=GOOD)
-    assert set(listed()) == {"lin2020", "pointed"}
+    assert set(listed()) == {*BUILT_IN, "pointed"}
 
 
 def test_none_takes_the_place_of_a_built_in_one(install):
     install("bad-ones", "lin2020 = plug_a:find", plug_a=GOOD)
-    assert detect.names() == ("lin2020",)
+    assert detect.names() == BUILT_IN
     assert not detect.configure("lin2020")(GRAY).ok
     shadow = [item for item in detect.catalogue() if item.name == "lin2020"]
     assert len(shadow) == 2
@@ -111,7 +113,7 @@ def test_none_takes_the_place_of_a_built_in_one(install):
 def test_two_that_claim_one_name_are_both_refused(install):
     install("one", "pointed = plug_good:find", plug_good=GOOD)
     install("two", "pointed = plug_good:find")
-    assert detect.names() == ("lin2020",)
+    assert detect.names() == BUILT_IN
     with pytest.raises(InputError, match=r"claimed 2 times, by one 1\.2, two 1\.2"):
         detect.get("pointed")
 
@@ -123,7 +125,7 @@ def test_the_command_line_lists_them(install, ask):
     answer = ask("detectors", "--json")
     assert answer.code == 0
     items = {item["name"]: item for item in json.loads(answer.out)}
-    assert set(items) == {"lin2020", "pointed", "bent"}
+    assert set(items) == {*BUILT_IN, "pointed", "bent"}
     assert items["bent"]["fault"].startswith("ValueError")
     assert answer.err == "chatter\n"
     assert items["pointed"]["parameters"] == [

@@ -341,7 +341,7 @@ def _best_tip(
             found = fit_tip(scenery, FAMILIES[name], v_end, begin, known)
         except np.linalg.LinAlgError:
             continue
-        if best is None or found.cost < best.cost:
+        if best is None or found.better_than(best):
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")

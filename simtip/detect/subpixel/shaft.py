@@ -27,7 +27,10 @@ from simtip.detect.subpixel.edge_table import (
 )
 from simtip.geometry import Array
 
-BLOCK_ROWS = 48
+BLOCK_ROWS, LEAST_BLOCKS = 48, 4
+"""Rows of a block; a shaft of fewer such blocks has smaller ones, or else nothing would tell its
+slope."""
+
 BIN_PX = 1 / 8
 INNER_PX, OUTER_PX = 4.5, 5.0
 """Pixels so far inside and outside an edge count, and three deviations of the blur more."""
@@ -172,7 +175,7 @@ def fit(
     likely
         Says of a shaft whether it can be; if none can, the width is held where the starts have it.
     """
-    rows = rows[len(rows) % min(BLOCK_ROWS, len(rows)) :]
+    rows = rows[len(rows) % _block_rows(rows) :]
     noise = _noise(image, rows, starts[0])
     tried = []
     for start in starts:
@@ -189,12 +192,16 @@ def fit(
     return _settled(_sorted(image, rows, best), best, LAST_STEPS)
 
 
+def _block_rows(rows: NDArray[np.intp]) -> int:
+    return max(1, min(BLOCK_ROWS, len(rows) // LEAST_BLOCKS))
+
+
 def edge_half_px(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> float:
     """Give the half width at which the mean profile is halfway between ground and needle, px.
 
     It is less exact than a fit, and free of the fit's trade between width, blur and brightness.
     """
-    bins = _sorted(image, rows[len(rows) % min(BLOCK_ROWS, len(rows)) :], shaft)
+    bins = _sorted(image, rows[len(rows) % _block_rows(rows) :], shaft)
     away = np.abs(bins.x).reshape(-1)
     k = np.rint(away / EDGE_BIN_PX).astype(np.intp)
     number = np.bincount(k, bins.count.reshape(-1))
@@ -267,8 +274,9 @@ def _sorted(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) ->
     away = np.abs(x) - half[:, None]
     wanted = (away > -inner) & (away < OUTER_PX + spread) & (u >= 0) & (u < image.shape[1])
     value = image[rows[:, None], np.clip(u, 0, image.shape[1] - 1)]
-    blocks = max(1, len(rows) // BLOCK_ROWS)
-    block = np.minimum(np.arange(len(rows)) // BLOCK_ROWS, blocks - 1)
+    height = _block_rows(rows)
+    blocks = len(rows) // height
+    block = np.minimum(np.arange(len(rows)) // height, blocks - 1)
     reach = int(np.ceil((float(half.max()) + OUTER_PX + spread + 1) / BIN_PX))
     k = (np.rint(x / BIN_PX).astype(np.intp) + reach + block[:, None] * (2 * reach + 1))[wanted]
     total = blocks * (2 * reach + 1)

@@ -20,6 +20,10 @@ from simtip.geometry import Array
 
 SIDE_PX, BELOW_PX = 6, 8
 BRIGHTNESS_DEVIATION = 0.3
+COMPLEXITY = 3.0
+"""Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
+freer shape scatters more, so it has to describe the picture clearly better."""
+
 SETTLED = 0.05
 """Change of the cost at which a fit ends."""
 
@@ -48,7 +52,7 @@ class TipFit:
     tip_covariance
         (2, 2) px^2 of it.
     cost
-        -2 log likelihood, with a penalty for the number of parameters.
+        -2 log likelihood.
     misfit
         Mean squared residual over the noise.
     residual
@@ -63,6 +67,16 @@ class TipFit:
     cost: float
     misfit: float
     residual: Array
+
+    def better_than(self, other: TipFit) -> bool:
+        """Say whether it describes the same pixels better, for its number of parameters.
+
+        What both leave unexplained counts as noise.
+        """
+        unexplained = max(1.0, min(self.misfit, other.misfit))
+        more = len(self.values) - len(other.values)
+        penalty = COMPLEXITY * more * float(np.log(len(self.residual)))
+        return (self.cost - other.cost) / unexplained + penalty < 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +201,7 @@ def fit_tip(
         covariance,
         tip,
         turn @ covariance @ turn.T,
-        found.cost + len(family.low) * np.log(len(scenery.value)),
+        found.cost,
         found.misfit,
         found.residual,
     )

@@ -1,0 +1,97 @@
+"""Is a pixel covered as much as points strewn over it say, blurred and not?"""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from simtip.detect.subpixel.outline import FAMILIES
+from simtip.detect.subpixel.picture import Placed, Window, cover
+
+SHAPES = {
+    "cone": (3.0,),
+    "round": (2.5, 0.4),
+    "wedge": (0.4, 1.2, 3.1),
+    "bevel": (2.0, 1.1),
+    "bevel_away": (1.5, 2.0),
+}
+WINDOW = Window(90, 40, 30, 34)
+HALF, TILT, POINTS = 8.3, 0.2, 12
+
+
+def placed(name, slope):
+    family, shape = FAMILIES[name], np.array(SHAPES[name])
+    hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
+    across = np.array([-hub[1], hub[0]])
+    origin = np.array([104.3, 66.45])
+
+    def put(points):
+        return origin + points[:, :1] * across + points[:, 1:] * hub
+
+    facet = None if family.facet is None else put(family.facet(HALF, shape, TILT))
+    corners = put(family.polygon(HALF, shape, 120.0, TILT))
+    return Placed(corners, facet, origin, hub, HALF, family.depth(HALF, shape))
+
+
+def inside(corners, u, v):
+    """Say of points whether they lie in a convex polygon: on one side of all its sides."""
+    a, b = corners, np.roll(corners, -1, axis=0)
+    side = [
+        (q[0] - p[0]) * (v - p[1]) - (q[1] - p[1]) * (u - p[0]) for p, q in zip(a, b, strict=True)
+    ]
+    return (np.min(side, axis=0) >= 0) | (np.max(side, axis=0) <= 0)
+
+
+def strewn(there, variance):
+    """Give pixels' shares of a function of points: averaged, and blurred by a fine Gaussian."""
+    pad = int(np.ceil(6 * np.sqrt(variance)))
+    u = WINDOW.u - pad - 0.5 + (np.arange((WINDOW.width + 2 * pad) * POINTS) + 0.5) / POINTS
+    v = WINDOW.v - pad - 0.5 + (np.arange((WINDOW.height + 2 * pad) * POINTS) + 0.5) / POINTS
+    cells = there(*np.meshgrid(u, v)).astype(float)
+    if variance:
+        cells = gaussian_filter(cells, np.sqrt(variance) * POINTS)
+    pixels = cells.reshape(len(v) // POINTS, POINTS, len(u) // POINTS, POINTS).mean(axis=(1, 3))
+    return pixels[pad : pad + WINDOW.height, pad : pad + WINDOW.width].reshape(-1)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(("slope", "variance"), [(0.0, 0.0), (0.45, 0.0), (-0.3, 0.6)])
+def test_the_whole_is_what_points_in_the_outline_say(name, slope, variance):
+    needle = placed(name, slope)
+    expected = strewn(lambda u, v: inside(needle.corners, u, v), variance)
+    found = cover(needle, WINDOW, variance).whole
+    # Of a blunt end, which lies between two of the four rows of a pixel, up to an eighth is missed;
+    # what the blur leaves of it is less.
+    assert found == pytest.approx(expected, abs=0.09 if variance == 0 else 0.03)
+    assert found.sum() == pytest.approx(expected.sum(), rel=2e-3)
+    assert moment(found) == pytest.approx(moment(expected), abs=0.01)
+
+
+@pytest.mark.parametrize(("slope", "variance"), [(0.0, 0.0), (-0.3, 0.6)])
+def test_the_facet_is_what_of_its_ellipse_lies_in_the_outline(slope, variance):
+    needle = placed("bevel", slope)
+
+    def both(u, v):
+        return inside(needle.facet, u, v) & inside(needle.corners, u, v)
+
+    expected = strewn(both, variance)
+    found = cover(needle, WINDOW, variance).tip
+    assert found == pytest.approx(expected, abs=0.09 if variance == 0 else 0.03)
+    assert found.sum() == pytest.approx(expected.sum(), rel=5e-3)
+
+
+def test_of_a_cut_seen_from_behind_nothing_is_the_tips_own():
+    assert cover(placed("bevel_away", 0.2), WINDOW, 0.3).tip.max() == 0
+
+
+def test_of_a_cone_the_tip_ends_where_the_shaft_begins():
+    needle = placed("cone", 0.0)
+    expected = strewn(
+        lambda u, v: inside(needle.corners, u, v) & (needle.origin[1] - v < needle.depth_px), 0.5
+    )
+    assert cover(needle, WINDOW, 0.5).tip == pytest.approx(expected, abs=0.03)
+
+
+def moment(shares):
+    """Give the mean u, v of shares, px."""
+    v, u = np.divmod(np.arange(len(shares)), WINDOW.width)
+    return np.array([u, v]) @ shares / shares.sum()

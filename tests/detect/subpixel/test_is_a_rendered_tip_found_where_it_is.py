@@ -1,0 +1,35 @@
+"""Is the tip of a rendered needle found where it is, in both views, with a camera's noise?"""
+
+import pytest
+from regions import with_roi
+
+from simtip.detect.subpixel import SubpixelParameters, detect
+from simtip.geometry import unit
+from simtip.simulation import simulate
+from simtip.spec import SceneSpec
+
+ALONG_PX, ACROSS_PX = 0.15, 0.05
+
+TIPS = {
+    "cone": {"kind": "cone", "length_mm": 5},
+    "bevel": {"kind": "bevel", "angle_deg": 20},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", TIPS)
+def test_in_both_views(scene, kind):
+    cut = with_roi(scene, [620, 330, 400, 600], [830, 325, 400, 600])
+    data = cut.model_dump(mode="json")
+    data["needle"].update(tip=TIPS[kind], roll_deg=30.0)
+    done = simulate(SceneSpec.model_validate(data), seed=3)
+    truth = done.truth
+    for image, view, camera in (
+        (done.images[0], truth.left, truth.rig.left),
+        (done.images[1], truth.right, truth.rig.right),
+    ):
+        found = detect(image, SubpixelParameters().for_camera(camera))
+        assert found.ok, found.reason
+        axis, error = unit(view.axis_px), found.tip_px - view.tip_px
+        assert abs(error @ axis) < ALONG_PX
+        assert abs(error[1] * axis[0] - error[0] * axis[1]) < ACROSS_PX
