@@ -309,11 +309,14 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         return bool(abs(one.width[0] - half) < _slack_px(one))
 
     try:
-        return fit(image, rows, starts, likely)
+        fitted = fit(image, rows, starts, likely)
     except np.linalg.LinAlgError as error:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
         ) from error
+    if not (fitted.half_px(rows).min() > 0 and np.diag(fitted.covariance).min() > 0):
+        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's edges cannot be fitted")
+    return fitted
 
 
 def _slack_px(shaft: Shaft) -> float:
