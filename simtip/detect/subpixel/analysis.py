@@ -189,6 +189,9 @@ def _measured(
         )
     shaft = _fitted_shaft(turned, rows[-MOST_ROWS:], begun)
     v_end, wedge = _first_wedge(traced, shaft)
+    widths = shaft.half_px(np.array([float(rows[0]), v_end]))
+    if not (widths.min() > 0 and np.diag(shaft.covariance).min() > 0):
+        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's edges cannot be fitted")
     centre = np.array(parameters.centre_px or ((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2))
     focal = parameters.focal_px or float(max(image.shape))
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
