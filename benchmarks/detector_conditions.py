@@ -17,9 +17,10 @@ from simtip.seeding import stream
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 STROKE_MM = (28.0, 22.0, 15.0)
 """Of the paper's robot: tips lie anywhere in a box of this size about the scene's own."""
-SIZE_PX = (320, 440)
-"""Width and height of what is read out around the tip."""
-ABOVE = 0.8
+SIZE_PX = (320, 800)
+"""Width and height of what is read out around the tip: enough shaft for the paper's least area of
+4500 px, even where a highlight takes half of it."""
+ABOVE = 0.88
 """Part of it above the tip."""
 TIP_Z_MM = 170.0
 LESS_QUIET = 0.5

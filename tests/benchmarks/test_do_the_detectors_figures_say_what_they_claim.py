@@ -110,7 +110,7 @@ def test_every_condition_is_possible(bench):
     for condition in every:
         if condition.group != "hard":
             (scene,) = condition.scenes()
-            assert scene.rig.left.roi[2:] == scene.rig.right.roi[2:] == (320, 440)
+            assert scene.rig.left.roi[2:] == scene.rig.right.roi[2:] == (320, 800)
 
 
 @pytest.mark.usefixtures("bench")
