@@ -1,0 +1,70 @@
+"""From fine cells to pixels: the lens's blur and the pixel's area."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from simtip.detect.subpixel.picture import Window
+from simtip.geometry import Array
+
+ROWS, COLUMNS = 4, 2
+"""Cells to a pixel. Along a row, edges within a cell are exact."""
+
+REACH = 4.0
+"""Deviations of the blur beyond the pixels that cells go on for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """A grid of cells over a window of pixels and the blur's reach around it.
+
+    Attributes
+    ----------
+    v
+        (r,) rows, the middles of cells.
+    u
+        (c + 1,) borders between columns of cells.
+    down, across
+        (H, r) and (W, c): how much of each cell's row, or column, is in each pixel's.
+    """
+
+    v: Array
+    u: Array
+    down: Array
+    across: Array
+
+    @classmethod
+    def over(cls, window: Window, sigma: float) -> Cells:
+        """Lay the grid for a Gaussian blur of a deviation, px."""
+        pad = int(np.ceil(REACH * sigma))
+        v = _borders(window.v, window.height, pad, ROWS)
+        u = _borders(window.u, window.width, pad, COLUMNS)
+        down = _shares(v, window.v + np.arange(window.height), sigma)
+        across = _shares(u, window.u + np.arange(window.width), sigma)
+        return cls((v[1:] + v[:-1]) / 2, u, down, across)
+
+    def pixels(self, values: Array) -> Array:
+        """Give pixels (k, H, W) of cells (k, r, c)."""
+        return np.asarray(self.down @ (values @ self.across.T), np.float64)
+
+
+def _borders(first: int, count: int, pad: int, parts: int) -> Array:
+    return first - pad - 0.5 + np.arange((count + 2 * pad) * parts + 1) / parts
+
+
+def _shares(borders: Array, pixels: Array, sigma: float) -> Array:
+    """Give the part of each pixel's light that is from between each two borders: (n, m)."""
+    off = borders - pixels[:, None]
+    step = _ramp(off + 0.5, sigma) - _ramp(off - 0.5, sigma)
+    return np.asarray(np.diff(step, axis=1))
+
+
+def _ramp(x: Array, sigma: float) -> Array:
+    """Give the integral of the blurred step from -inf to x."""
+    if sigma == 0:
+        return np.maximum(x, 0.0)
+    s = x / sigma
+    return np.asarray(x * ndtr(s) + sigma * np.exp(-0.5 * s**2) / np.sqrt(2 * np.pi))
