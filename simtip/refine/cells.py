@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from scipy import sparse
 from scipy.special import ndtr
 
 from simtip.detect.subpixel.picture import Window
@@ -33,10 +35,11 @@ class Cells:
 
     v: Array
     u: Array
-    down: Array
+    down: sparse.csr_array[np.float64]
     across: Array
 
     @classmethod
+    @lru_cache(maxsize=16)
     def over(cls, window: Window, sigma: float) -> Cells:
         """Lay the grid for a Gaussian blur of a deviation, px."""
         pad = int(np.ceil(REACH * sigma))
@@ -44,11 +47,15 @@ class Cells:
         u = _borders(window.u, window.width, pad, COLUMNS)
         down = _shares(v, window.v + np.arange(window.height), sigma)
         across = _shares(u, window.u + np.arange(window.width), sigma)
-        return cls((v[1:] + v[:-1]) / 2, u, down, across)
+        return cls((v[1:] + v[:-1]) / 2, u, sparse.csr_array(down), across)
 
-    def pixels(self, values: Array) -> Array:
-        """Give pixels (k, H, W) of cells (k, r, c)."""
-        return np.asarray(self.down @ (values @ self.across.T), np.float64)
+    def pixels(self, values: list[Array]) -> Array:
+        """Give pixels (k, H, W) of k pictures of cells (r, c)."""
+        stack = np.stack(values, axis=1)
+        rows, k, columns = stack.shape
+        narrow = stack.reshape(rows * k, columns) @ self.across.T
+        made = self.down @ narrow.reshape(rows, -1)
+        return np.ascontiguousarray(made.reshape(-1, k, len(self.across)).swapaxes(0, 1))
 
 
 def _borders(first: int, count: int, pad: int, parts: int) -> Array:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simtip.geometry import Array
 from simtip.refine.brightness import NODES, nodes
 from simtip.refine.cells import COLUMNS, ROWS, Cells
-from simtip.refine.outline import Outline
+from simtip.refine.outline import Outline, at_z
 
 LEAST_WIDTH_PX = 1e-6
 
@@ -29,44 +29,51 @@ class Drawing:
     cells, outline
         What is drawn on what.
     place, share
-        (r, c + 1) node at or before each border between cells, and how far on the next one is.
-    step
-        (r, c) change of s across each cell.
-    there
-        (r, c) part of each cell that is not in front of the foremost point.
+        (r, c + 1) node at or before each border between cells, moved to the needle's edge where it
+        lies outside, and how far on the next node is.
+    body
+        (r, c) part of each cell that the needle covers.
+    scale
+        (r, c) that part, per change of s in it.
     nose
-        (r, c) part of what is there that is the tip's own.
+        (r, c) part of what is covered that is the tip's own.
     """
 
     cells: Cells
     outline: Outline
     place: NDArray[np.intp]
     share: Array
-    step: Array
-    there: Array
+    body: Array
+    scale: Array
     nose: Array
 
     @classmethod
-    def of(cls, outline: Outline, cells: Cells) -> Drawing:
-        """Draw."""
-        x, z = outline.place(cells.u[None], cells.v[:, None])
-        left, right = outline.sides(z)
-        half = np.maximum((right - left) / 2, LEAST_WIDTH_PX)
-        s = (x - (left + right) / 2) / half
-        inner = np.clip(s, -1, 1)
-        at = (np.arcsin(inner) / np.pi + 0.5) * NODES
+    def of(cls, outline: Outline, cells: Cells, *, curved: bool) -> Drawing:
+        """Draw.
+
+        On a `curved` tip s is the place between the outline's sides; else what is no facet is
+        still the shaft's surface, and s the place between the shaft's sides.
+        """
+        begin, end = crossings(outline.corners, cells.v)
+        u = np.clip(cells.u[None], begin[:, None], end[:, None])
+        x, z = outline.place(u, cells.v[:, None])
+        sides = (outline.left, outline.right) if curved else outline.shaft
+        low, high = (at_z(side, z) for side in sides)
+        half = np.maximum((high - low) / 2, LEAST_WIDTH_PX)
+        s = np.clip((x - (low + high) / 2) / half, -1, 1)
+        at = (np.arcsin(s) / np.pi + 0.5) * NODES
         place = np.minimum(at.astype(np.intp), NODES - 1)
         sines = nodes()
-        share = (inner - sines[place]) / (sines[place + 1] - sines[place])
-        # How much z changes within a cell: what lies across an end is softened by as much.
+        share = (s - sines[place]) / (sines[place + 1] - sines[place])
+        body = np.diff(u, axis=1) / np.diff(cells.u)
+        step = np.diff(s, axis=1)
+        scale = np.where(step > 0, body / np.where(step > 0, step, 1.0), 0.0)
+        # What lies across the tip's end is softened by as much as z changes in a cell.
         soft = abs(outline.hub[1]) / ROWS + abs(outline.hub[0]) / COLUMNS
-        middle = (z[:, 1:] + z[:, :-1]) / 2
-        there = np.clip((middle - outline.first_px) / soft + 0.5, 0, 1)
-        across = (inner[:, 1:] + inner[:, :-1]) / 2
-        begin = outline.depth_px + outline.bulge_px * np.sqrt(1 - across**2)
-        nose = np.clip((begin - middle) / soft + 0.5, 0, 1)
-        step = np.maximum(np.diff(s, axis=1), 1e-9)
-        return cls(cells, outline, place, share, step, there, nose)
+        across = (s[:, 1:] + s[:, :-1]) / 2
+        last = outline.depth_px + outline.bulge_px * np.sqrt(1 - across**2)
+        nose = np.clip((last - (z[:, 1:] + z[:, :-1]) / 2) / soft + 0.5, 0, 1)
+        return cls(cells, outline, place, share, body, scale, nose)
 
     def mean(self, table: Array) -> Array:
         """Give the mean of a brightness over each cell, nothing outside the needle: (r, c).
@@ -75,12 +82,7 @@ class Drawing:
         """
         low = table[self.place]
         at = low + self.share * (table[self.place + 1] - low)
-        return np.asarray(np.diff(at, axis=1) / self.step * self.there)
-
-    @cached_property
-    def body(self) -> Array:
-        """(r, c): part of each cell that the needle covers."""
-        return self.mean(nodes() + 1)
+        return np.asarray(np.diff(at, axis=1) * self.scale)
 
     @cached_property
     def facets(self) -> tuple[Array | None, ...]:
@@ -97,15 +99,18 @@ class Drawing:
         return np.asarray(np.clip(1 - flat / np.maximum(self.body, 1e-9), 0, 1))
 
 
-def _covered(corners: Array, cells: Cells) -> Array:
-    """Give the part (r, c) of each cell within a convex polygon (n, 2) u, v."""
-    k = int(np.argmin(corners[:, 1]))
-    turned = np.roll(corners, -k, axis=0)
+def crossings(corners: Array, v: Array) -> tuple[Array, Array]:
+    """Give where rows v (r,) enter and leave a convex polygon (n, 2) u, v; equal if they miss it."""
+    turned = np.roll(corners, -int(np.argmin(corners[:, 1])), axis=0)
     m = int(np.argmax(turned[:, 1]))
     one, other = turned[: m + 1], np.concatenate([turned[m:], turned[:1]])[::-1]
-    a, b = (np.interp(cells.v, side[:, 1], side[:, 0]) for side in (one, other))
-    inside = (cells.v > turned[0, 1]) & (cells.v < turned[m, 1])
-    low, high = np.minimum(a, b)[:, None], np.maximum(a, b)[:, None]
-    width = np.diff(cells.u)
-    part = np.clip(np.minimum(high, cells.u[1:]) - np.maximum(low, cells.u[:-1]), 0, None)
-    return np.asarray(part / width * inside[:, None])
+    a, b = (np.interp(v, side[:, 1], side[:, 0]) for side in (one, other))
+    missed = (v < turned[0, 1]) | (v > turned[m, 1])
+    return np.minimum(a, b), np.where(missed, np.minimum(a, b), np.maximum(a, b))
+
+
+def _covered(corners: Array, cells: Cells) -> Array:
+    """Give the part (r, c) of each cell within a convex polygon (n, 2) u, v."""
+    begin, end = crossings(corners, cells.v)
+    u = np.clip(cells.u[None], begin[:, None], end[:, None])
+    return np.asarray(np.diff(u, axis=1) / np.diff(cells.u))

@@ -55,8 +55,12 @@ class Outline:
         (2,) u, v of the axis at the foremost point's z.
     hub
         (2,) unit vector along z.
+    corners
+        (m, 2) u, v of the outline, in order.
     left, right
         (n, 2) z and x of both sides from the foremost point on, z increasing.
+    shaft
+        Likewise (left, right) of the shaft as if it went on to the foremost point's z.
     facets
         For every facet of the solid its outline (k, 2) u, v; None if it looks away.
     depth_px, bulge_px
@@ -66,16 +70,13 @@ class Outline:
 
     origin: Array
     hub: Array
+    corners: Array
     left: Array
     right: Array
+    shaft: tuple[Array, Array]
     facets: tuple[Array | None, ...]
     depth_px: float
     bulge_px: float
-
-    @property
-    def first_px(self) -> float:
-        """z of the foremost point."""
-        return float(self.left[0, 0])
 
     def place(self, u: Array, v: Array) -> tuple[Array, Array]:
         """Give x and z of points (...)."""
@@ -85,10 +86,12 @@ class Outline:
 
     def sides(self, z: Array) -> tuple[Array, Array]:
         """Give x of the left and the right side at z (...); the foremost point's in front of it."""
-        shape = z.shape
-        flat = z.reshape(-1)
-        left = np.interp(flat, self.left[:, 0], self.left[:, 1]).reshape(shape)
-        return left, np.interp(flat, self.right[:, 0], self.right[:, 1]).reshape(shape)
+        return at_z(self.left, z), at_z(self.right, z)
+
+
+def at_z(side: Array, z: Array) -> Array:
+    """Give x of a side (n, 2) z, x at z (...)."""
+    return np.interp(z.reshape(-1), side[:, 0], side[:, 1]).reshape(z.shape)
 
 
 def outline(solid: Solid, T_wn: Pose, eye: Eye, end_mm: float) -> Outline:
@@ -111,8 +114,12 @@ def outline(solid: Solid, T_wn: Pose, eye: Eye, end_mm: float) -> Outline:
     origin, hub = ends[0], unit(ends[1] - ends[0])
     kept = solid.front[solid.front[:, 2] <= end_mm]
     ring = np.column_stack([solid.ring, np.full(len(solid.ring), end_mm)])
-    chain = _hull(T_cn.apply(np.concatenate([kept, ring])), distorted=bool(eye.camera.distortion))
-    xz = np.stack(_place(eye.see(_ahead(chain)), origin, hub), axis=1)
+    cylinder = np.concatenate([ring * [1, 1, 0], ring])
+    corners, shaft = (
+        eye.see(_ahead(_hull(T_cn.apply(points), eye)))
+        for points in (np.concatenate([kept, ring]), cylinder)
+    )
+    sides = [_sides(np.stack(_place(uv, origin, hub), 1)) for uv in (corners, shaft)]
     facets = tuple(
         _facet(T_cn.apply(facet.corners), T_cn.rotate(facet.normal), eye) for facet in solid.facets
     )
@@ -121,7 +128,14 @@ def outline(solid: Solid, T_wn: Pose, eye: Eye, end_mm: float) -> Outline:
     near = centre + solid.radius_mm * unit(toward) if toward.any() else centre
     depths = _place(eye.see(T_cn.apply(np.stack([centre, near]))), origin, hub)[1]
     return Outline(
-        origin, hub, *_sides(xz), facets, float(depths[0]), float(depths[1] - depths[0])
+        origin,
+        hub,
+        corners,
+        *sides[0],
+        sides[1],
+        facets,
+        float(depths[0]),
+        float(depths[1] - depths[0]),
     )
 
 
@@ -134,11 +148,14 @@ def _place(uv: Array, origin: Array, hub: Array) -> tuple[Array, Array]:
     return off[:, 1] * hub[0] - off[:, 0] * hub[1], off @ hub
 
 
-def _hull(points: Array, *, distorted: bool) -> Array:
-    """Give the hull (n, 2), in order, of points (m, 3) of the camera's frame, at depth 1."""
+def _hull(points: Array, eye: Eye) -> Array:
+    """Give the hull (n, 2), in order, of points (m, 3) of the camera's frame, at depth 1.
+
+    If the camera distorts, its long sides are divided.
+    """
     xy = points[:, :2] / points[:, 2:]
     corners = xy[ConvexHull(xy).vertices]
-    if not distorted:
+    if not eye.camera.distortion:
         return corners
     after = np.roll(corners, -1, axis=0)
     length = np.linalg.norm(after - corners, axis=1)

@@ -22,10 +22,10 @@ from simtip.refine.view import View
 ROLLS = 24
 """Rolls that are tried to begin with."""
 
-BEST_ROLLS = 3
+BEST_ROLLS = 2
 """Of them, that are followed for `FIRST_STEPS`."""
 
-FIRST_STEPS = 4
+FIRST_STEPS = 3
 
 GREATEST_MISFIT = 25.0
 """Mean squared residual, over the noise, beyond which the needle has another shape or place."""

@@ -96,17 +96,17 @@ def columns(drawing: Drawing, window: Window, layout: Layout) -> Array:
     """Give all columns (H W, n) at an outline."""
     cells = drawing.cells
     modes = tables()
-    on_body = cells.pixels(np.stack([drawing.mean(t) * drawing.round_part for t in modes]))
+    on_body = cells.pixels([drawing.mean(t) * drawing.round_part for t in modes])
     t, t_nose, across = along(drawing, window)
-    open_part = 1 - cells.pixels(drawing.body[None])
+    open_part = 1 - cells.pixels([drawing.body])
     parts = [open_part * ground(window), on_body, on_body * t]
     if layout.nose:
         nose_part = drawing.round_part * drawing.nose
-        on_nose = cells.pixels(np.stack([drawing.mean(t) * nose_part for t in tip_tables()]))
+        on_nose = cells.pixels([drawing.mean(t) * nose_part for t in tip_tables()])
         parts += [on_nose, on_nose * t_nose]
     for k in layout.facets:
         facet = drawing.facets[k]
-        seen = cells.pixels((np.zeros_like(drawing.body) if facet is None else facet)[None])
+        seen = cells.pixels([np.zeros_like(drawing.body) if facet is None else facet])
         parts += [seen, seen * across, seen * t_nose]
     return np.concatenate(parts).reshape(layout.size, -1).T
 
@@ -126,7 +126,7 @@ def picture(drawing: Drawing, window: Window, layout: Layout, amplitude: Array) 
     for k in layout.facets:
         facet = drawing.facets[k]
         stack.append(empty if facet is None else facet)
-    seen = cells.pixels(np.stack(stack))
+    seen = cells.pixels(stack)
     found = (1 - seen[0]) * np.tensordot(amplitude[:GROUND], ground(window), 1)
     found = found + seen[1] + seen[2] * t
     at = 3
@@ -140,23 +140,19 @@ def picture(drawing: Drawing, window: Window, layout: Layout, amplitude: Array) 
 
 
 def prior(layout: Layout, level: float) -> tuple[Array, Array]:
-    """Give precision (n, n) of the amplitudes, and precision times mean (n,).
+    """Give precision and mean (n,) of the amplitudes.
 
     `level` is the background's usual gray value.
     """
-    deviation = np.full(layout.size, USUAL)
+    deviation, mean = np.full(layout.size, USUAL), np.zeros(layout.size)
     deviation[:GROUND] = [1e3, 1, 1, 1, 1, 1]
-    shaft, change = GROUND, GROUND + MODES
+    rim, change, tip = GROUND, GROUND + MODES, layout.nose_at
     deviation[change : change + MODES] = CHANGE
-    deviation[shaft], deviation[change] = RIM_DEVIATION, RIM_CHANGE
-    nose = layout.nose_at
+    deviation[rim], deviation[change] = RIM_DEVIATION, RIM_CHANGE
+    mean[rim] = RIM_LEVEL
     if layout.nose:
-        deviation[nose + TIP_MODES : nose + 2 * TIP_MODES] = CHANGE
-        deviation[nose], deviation[nose + TIP_MODES] = RIM_TIE, RIM_CHANGE
-    for k in range(len(layout.facets)):
-        at = layout.facets_at + 3 * k
+        deviation[tip + TIP_MODES : tip + 2 * TIP_MODES] = CHANGE
+        deviation[tip], deviation[tip + TIP_MODES] = RIM_TIE, RIM_CHANGE
+    for at in range(layout.facets_at, layout.size, 3):
         deviation[at : at + 3] = 2.0, FACET_SLOPE, FACET_SLOPE
-    precision = np.diag(1 / (deviation * level) ** 2)
-    wanted = np.zeros(layout.size)
-    wanted[shaft] = precision[shaft, shaft] * RIM_LEVEL * level
-    return precision, wanted
+    return 1 / (deviation * level) ** 2, mean * level

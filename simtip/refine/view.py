@@ -34,8 +34,6 @@ class Fit:
     weight: Array
     residual: Array
     normal: Array
-    precision: Array
-    wanted: Array
     layout: Layout
     cost: float
     chi2: float
@@ -116,7 +114,7 @@ class View:
     def draw(self, solid: Solid, T_wn: Pose, blur_px: float) -> Drawing:
         """Draw the needle where it is supposed to be."""
         drawn = outline(solid, T_wn, self.eye, self.end_mm)
-        return Drawing.of(drawn, Cells.over(self.window, blur_px))
+        return Drawing.of(drawn, Cells.over(self.window, blur_px), curved=solid.curved)
 
     def fit(self, solid: Solid, T_wn: Pose, blur_px: float) -> Fit:
         """Find the brightness that explains the pixels best, the needle in a given place."""
@@ -124,18 +122,14 @@ class View:
         layout = layout_of(drawing, curved=solid.curved)
         made = columns(drawing, self.window, layout)
         weight = self.used / (self.noise[0] + self.noise[1] * np.clip(self.value, 0, None))
-        precision, wanted = prior(layout, self.level)
+        precision, mean = prior(layout, self.level)
         weighted = made * weight[:, None]
-        normal = weighted.T @ made + precision
-        amplitude = np.linalg.solve(normal, weighted.T @ self.value + wanted)
+        normal = weighted.T @ made + np.diag(precision)
+        amplitude = np.linalg.solve(normal, weighted.T @ self.value + precision * mean)
         residual = self.value - made @ amplitude
         chi2 = float((residual**2 * weight).sum())
-        cost = chi2 + float(amplitude @ precision @ amplitude - 2 * wanted @ amplitude)
-        mean = np.linalg.lstsq(precision, wanted, rcond=None)[0]
-        cost += float(wanted @ mean)
-        return Fit(
-            made, amplitude, weight, residual, normal, precision, wanted, layout, cost, chi2
-        )
+        cost = chi2 + float((precision * (amplitude - mean) ** 2).sum())
+        return Fit(made, amplitude, weight, residual, normal, layout, cost, chi2)
 
     def change(
         self, found: Fit, solid: Solid, places: list[tuple[Pose, float]], steps: Array, base: Array
