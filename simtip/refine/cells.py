@@ -6,14 +6,18 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import ndtr
 
 from simtip.detect.subpixel.picture import Window
 from simtip.geometry import Array
 
-ROWS, COLUMNS = 4, 2
-"""Cells to a pixel. Along a row, edges within a cell are exact."""
+ROWS, FINE_ROWS, COLUMNS = 4, 16, 2
+"""Cells to a pixel, and where the needle ends. Along a row, edges within a cell are exact."""
+
+FINE_PX = 4
+"""So many rows of pixels before and after the needle's end are fine."""
 
 REACH = 4.0
 """Deviations of the blur beyond the pixels that cells go on for."""
@@ -26,7 +30,7 @@ class Cells:
     Attributes
     ----------
     v
-        (r,) rows, the middles of cells.
+        (r + 1,) borders between rows of cells.
     u
         (c + 1,) borders between columns of cells.
     down, across
@@ -40,14 +44,19 @@ class Cells:
 
     @classmethod
     @lru_cache(maxsize=16)
-    def over(cls, window: Window, sigma: float) -> Cells:
-        """Lay the grid for a Gaussian blur of a deviation, px."""
+    def over(cls, window: Window, sigma: float, end: int) -> Cells:
+        """Lay the grid for a Gaussian blur of a deviation, px.
+
+        `end` is the row of pixels in which the needle ends.
+        """
         pad = int(np.ceil(REACH * sigma))
-        v = _borders(window.v, window.height, pad, ROWS)
-        u = _borders(window.u, window.width, pad, COLUMNS)
+        rows = np.arange(window.v - pad, window.v + window.height + pad)
+        v = _borders(rows, np.where(np.abs(rows - end) <= FINE_PX, FINE_ROWS, ROWS))
+        columns = np.arange(window.u - pad, window.u + window.width + pad)
+        u = _borders(columns, np.full(len(columns), COLUMNS))
         down = _shares(v, window.v + np.arange(window.height), sigma)
         across = _shares(u, window.u + np.arange(window.width), sigma)
-        return cls((v[1:] + v[:-1]) / 2, u, sparse.csr_array(down), across)
+        return cls(v, u, sparse.csr_array(down), across)
 
     def pixels(self, values: list[Array]) -> Array:
         """Give pixels (k, H, W) of k pictures of cells (r, c)."""
@@ -58,8 +67,12 @@ class Cells:
         return np.ascontiguousarray(made.reshape(-1, k, len(self.across)).swapaxes(0, 1))
 
 
-def _borders(first: int, count: int, pad: int, parts: int) -> Array:
-    return first - pad - 0.5 + np.arange((count + 2 * pad) * parts + 1) / parts
+def _borders(pixels: NDArray[np.intp], parts: NDArray[np.intp]) -> Array:
+    """Give the borders of cells: each pixel in so many parts."""
+    first = np.cumsum(parts) - parts
+    k = np.arange(parts.sum()) - np.repeat(first, parts)
+    begin = np.repeat(pixels - 0.5, parts) + k / np.repeat(parts, parts)
+    return np.append(begin, pixels[-1] + 0.5)
 
 
 def _shares(borders: Array, pixels: Array, sigma: float) -> Array:

@@ -54,9 +54,9 @@ class Drawing:
         On a `curved` tip s is the place between the outline's sides; else what is no facet is
         still the shaft's surface, and s the place between the shaft's sides.
         """
-        begin, end = crossings(outline.corners, cells.v)
-        u = np.clip(cells.u[None], begin[:, None], end[:, None])
-        x, z = outline.place(u, cells.v[:, None])
+        rows = crossings(outline.corners, cells.v)
+        u = rows.clipped(cells.u)
+        x, z = outline.place(u, rows.v[:, None])
         sides = (outline.left, outline.right) if curved else outline.shaft
         low, high = (at_z(side, z) for side in sides)
         half = np.maximum((high - low) / 2, LEAST_WIDTH_PX)
@@ -65,7 +65,7 @@ class Drawing:
         place = np.minimum(at.astype(np.intp), NODES - 1)
         sines = nodes()
         share = (s - sines[place]) / (sines[place + 1] - sines[place])
-        body = np.diff(u, axis=1) / np.diff(cells.u)
+        body = rows.share[:, None] * np.diff(u, axis=1) / np.diff(cells.u)
         step = np.diff(s, axis=1)
         scale = np.where(step > 0, body / np.where(step > 0, step, 1.0), 0.0)
         # What lies across the tip's end is softened by as much as z changes in a cell.
@@ -99,18 +99,46 @@ class Drawing:
         return np.asarray(np.clip(1 - flat / np.maximum(self.body, 1e-9), 0, 1))
 
 
-def crossings(corners: Array, v: Array) -> tuple[Array, Array]:
-    """Give where rows v (r,) enter and leave a convex polygon (n, 2) u, v; equal if they miss it."""
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Where rows of cells cross a convex polygon: each (r,).
+
+    Attributes
+    ----------
+    v
+        The middle of the part of the row that the polygon reaches.
+    share
+        How much of the row that is.
+    begin, end
+        u at which v enters and leaves it; equal where it is missed.
+    """
+
+    v: Array
+    share: Array
+    begin: Array
+    end: Array
+
+    def clipped(self, borders: Array) -> Array:
+        """Move borders (c + 1,) that lie outside to the edge: (r, c + 1)."""
+        return np.clip(borders[None], self.begin[:, None], self.end[:, None])
+
+
+def crossings(corners: Array, v: Array) -> Rows:
+    """Cross a convex polygon (n, 2) u, v with rows between borders v (r + 1,)."""
     turned = np.roll(corners, -int(np.argmin(corners[:, 1])), axis=0)
     m = int(np.argmax(turned[:, 1]))
+    low, high = np.clip(v[:-1], turned[0, 1], None), np.clip(v[1:], None, turned[m, 1])
+    share = np.clip((high - low) / np.diff(v), 0, 1)
+    middle = np.where(share > 0, (low + high) / 2, (v[:-1] + v[1:]) / 2)
     one, other = turned[: m + 1], np.concatenate([turned[m:], turned[:1]])[::-1]
-    a, b = (np.interp(v, side[:, 1], side[:, 0]) for side in (one, other))
-    missed = (v < turned[0, 1]) | (v > turned[m, 1])
-    return np.minimum(a, b), np.where(missed, np.minimum(a, b), np.maximum(a, b))
+    a, b = (np.interp(middle, side[:, 1], side[:, 0]) for side in (one, other))
+    begin = np.minimum(a, b)
+    return Rows(middle, share, begin, np.where(share > 0, np.maximum(a, b), begin))
 
 
 def _covered(corners: Array, cells: Cells) -> Array:
     """Give the part (r, c) of each cell within a convex polygon (n, 2) u, v."""
-    begin, end = crossings(corners, cells.v)
-    u = np.clip(cells.u[None], begin[:, None], end[:, None])
-    return np.asarray(np.diff(u, axis=1) / np.diff(cells.u))
+    rows = crossings(corners, cells.v)
+    return np.asarray(
+        rows.share[:, None] * np.diff(rows.clipped(cells.u), axis=1) / np.diff(cells.u)
+    )

@@ -60,7 +60,7 @@ class Outline:
     left, right
         (n, 2) z and x of both sides from the foremost point on, z increasing.
     shaft
-        Likewise (left, right) of the shaft as if it went on to the foremost point's z.
+        Likewise (left, right) of the shaft as if it went on beyond the tip.
     facets
         For every facet of the solid its outline (k, 2) u, v; None if it looks away.
     depth_px, bulge_px
@@ -114,7 +114,8 @@ def outline(solid: Solid, T_wn: Pose, eye: Eye, end_mm: float) -> Outline:
     origin, hub = ends[0], unit(ends[1] - ends[0])
     kept = solid.front[solid.front[:, 2] <= end_mm]
     ring = np.column_stack([solid.ring, np.full(len(solid.ring), end_mm)])
-    cylinder = np.concatenate([ring * [1, 1, 0], ring])
+    ahead = np.column_stack([solid.ring, np.full(len(solid.ring), -2 * solid.radius_mm)])
+    cylinder = np.concatenate([ahead, ring])
     corners, shaft = (
         eye.see(_ahead(_hull(T_cn.apply(points), eye)))
         for points in (np.concatenate([kept, ring]), cylinder)

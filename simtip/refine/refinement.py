@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,6 +27,8 @@ BEST_ROLLS = 2
 """Of them, that are followed for `FIRST_STEPS`."""
 
 FIRST_STEPS = 3
+
+NEAR_STEPS = 4
 
 GREATEST_MISFIT = 25.0
 """Mean squared residual, over the noise, beyond which the needle has another shape or place."""
@@ -99,6 +102,19 @@ class Refinement:
         }
 
 
+Refiner: TypeAlias = Callable[[Image, Image, StereoRig], Refinement]
+"""Takes the left and the right picture and the rig that took them."""
+
+
+def silhouette(solid: Solid, full_scale: int | None = None) -> Refiner:
+    """Give `refine` for one needle, as `simtip.measure.measure_pair` takes it."""
+
+    def refiner(left: Image, right: Image, rig: StereoRig) -> Refinement:
+        return refine(left, right, rig, solid, full_scale=full_scale)
+
+    return refiner
+
+
 def refine(
     left: Image,
     right: Image,
@@ -145,13 +161,19 @@ def refine(
         Eye(rig.left, Pose.identity(), found[0].frame),
         Eye(rig.right, rig.T_lr.inverse(), found[1].frame),
     )
-    views = tuple(
-        View.of(image, seen, eye, solid, T_wn, full_scale)
-        for image, seen, eye in zip((left, right), found, eyes, strict=True)
-    )
-    problem = Problem(solid, (views[0], views[1]))
-    solution = problem.settle(_first_state(problem, T_wn))
-    return _judged(solution, solid, rig)
+
+    def problem(T_wn: Pose) -> Problem:
+        one, other = (
+            View.of(image, seen, eye, solid, T_wn, full_scale)
+            for image, seen, eye in zip((left, right), found, eyes, strict=True)
+        )
+        return Problem(solid, (one, other))
+
+    first = problem(T_wn)
+    near = first.settle(_first_state(first, T_wn), NEAR_STEPS).state
+    # Where the needle ends is known better now, and so is which pixels are about it.
+    again = problem(near.T_wn)
+    return _judged(again.settle(again.state(near.T_wn, near.blur)), solid, rig)
 
 
 def _analyses(

@@ -33,7 +33,7 @@ class Solid:
     Attributes
     ----------
     front
-        (n, 3) mm, vertices of all but the hub's end.
+        (n, 3) mm, corners of the solid, but for the hub's end.
     ring
         (m, 2) mm, corners x, y of the shaft's cross-section, a convex polygon.
     apex
@@ -93,7 +93,8 @@ class Solid:
         _require_needle(points, faces, ring, radius, length)
         first = points[points[:, 2] <= 1e-6 * radius]
         tip = first.mean(axis=0) if apex is None else np.asarray(apex, np.float64) - [0, 0, start]
-        front = points[points[:, 2] < length * (1 - 1e-6)]
+        corners = points[ConvexHull(points).vertices]
+        front = corners[corners[:, 2] < length * (1 - 1e-6)]
         facing = forward(points, faces)
         depth = float(points[faces[facing], 2].max()) if facing.any() else 0.0
         facets, rest_mm2 = planar(points, faces[facing], radius)

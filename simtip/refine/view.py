@@ -55,6 +55,8 @@ class View:
         (2,) variance of a gray value: constant, and per DN.
     level
         The background's gray value.
+    end
+        Row in which the needle ends.
     end_mm
         z of the needle at which it is out of the window.
     blur_px
@@ -67,6 +69,7 @@ class View:
     used: Array
     noise: Array
     level: float
+    end: int
     end_mm: float
     blur_px: float
 
@@ -107,6 +110,7 @@ class View:
             used.reshape(-1),
             analysis.shaft.noise,
             analysis.trace.level,
+            int(np.rint(drawn.corners[:, 1].max())),
             end_mm,
             float(np.sqrt(analysis.scenery.variance_px2)),
         )
@@ -114,7 +118,7 @@ class View:
     def draw(self, solid: Solid, T_wn: Pose, blur_px: float) -> Drawing:
         """Draw the needle where it is supposed to be."""
         drawn = outline(solid, T_wn, self.eye, self.end_mm)
-        return Drawing.of(drawn, Cells.over(self.window, blur_px), curved=solid.curved)
+        return Drawing.of(drawn, Cells.over(self.window, blur_px, self.end), curved=solid.curved)
 
     def fit(self, solid: Solid, T_wn: Pose, blur_px: float) -> Fit:
         """Find the brightness that explains the pixels best, the needle in a given place."""
