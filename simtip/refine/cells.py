@@ -54,8 +54,8 @@ class Cells:
         v = _borders(rows, np.where(np.abs(rows - end) <= FINE_PX, FINE_ROWS, ROWS))
         columns = np.arange(window.u - pad, window.u + window.width + pad)
         u = _borders(columns, np.full(len(columns), COLUMNS))
-        down = _shares(v, window.v + np.arange(window.height), sigma)
-        across = _shares(u, window.u + np.arange(window.width), sigma)
+        down = _shares(v, rows[pad : len(rows) - pad], sigma)
+        across = _shares(u, columns[pad : len(columns) - pad], sigma)
         return cls(v, u, sparse.csr_array(down), across)
 
     def pixels(self, values: list[Array]) -> Array:
@@ -63,7 +63,7 @@ class Cells:
         stack = np.stack(values, axis=1)
         rows, k, columns = stack.shape
         narrow = stack.reshape(rows * k, columns) @ self.across.T
-        made = self.down @ narrow.reshape(rows, -1)
+        made = np.asarray(self.down @ narrow.reshape(rows, -1))
         return np.ascontiguousarray(made.reshape(-1, k, len(self.across)).swapaxes(0, 1))
 
 
@@ -75,7 +75,7 @@ def _borders(pixels: NDArray[np.intp], parts: NDArray[np.intp]) -> Array:
     return np.append(begin, pixels[-1] + 0.5)
 
 
-def _shares(borders: Array, pixels: Array, sigma: float) -> Array:
+def _shares(borders: Array, pixels: NDArray[np.intp], sigma: float) -> Array:
     """Give the part of each pixel's light that is from between each two borders: (n, m)."""
     off = borders - pixels[:, None]
     step = _ramp(off + 0.5, sigma) - _ramp(off - 0.5, sigma)

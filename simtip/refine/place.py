@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simtip.detect.subpixel.analysis import Analysis
 from simtip.camera import StereoRig
+from simtip.detect.subpixel.analysis import Analysis
 from simtip.geometry import Array, Pose, skew, unit
 
 SLANT_ROWS = 0.5
@@ -61,7 +61,10 @@ def first_place(left: Analysis, right: Analysis, rig: StereoRig) -> Pose | None:
     None if they are all but parallel, or the needle would be behind a camera.
     """
     eyes = (rig.left, Pose.identity(), left), (rig.right, rig.T_lr, right)
-    normals, rays, centres, toward = [], [], [], []
+    normals: list[Array] = []
+    rays: list[Array] = []
+    centres: list[Array] = []
+    toward: list[Array] = []
     for camera, T_wc, seen in eyes:
         v = float(seen.tip.values[0])
         rows = np.array([v, v - SLANT_ROWS * seen.shaft.scale])
@@ -71,13 +74,14 @@ def first_place(left: Analysis, right: Analysis, rig: StereoRig) -> Pose | None:
         rays.append(T_wc.rotate(camera.rays(seen.tip_px)))
         centres.append(T_wc.t)
         toward.append(d[1] - d[0])
-    line = np.cross(*normals)
+    line = np.cross(normals[0], normals[1])
     if np.linalg.norm(line) < 1e-3:
         return None
     axis = unit(line)
     axis = axis if axis @ (toward[0] + toward[1]) > 0 else -axis
-    A = np.stack([*normals, axis])
-    through = np.linalg.solve(A, [normals[0] @ centres[0], normals[1] @ centres[1], 0.0])
+    A = np.stack([normals[0], normals[1], axis])
+    at = [float(n @ centre) for n, centre in zip(normals, centres, strict=True)]
+    through = np.linalg.solve(A, np.array([*at, 0.0]))
     along = []
     for centre, ray in zip(centres, rays, strict=True):
         # Where the axis comes nearest to the ray of the tip.

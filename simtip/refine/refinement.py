@@ -92,9 +92,7 @@ class Refinement:
             "status": str(self.status),
             "reason": self.reason,
             "tip_mm": None if self.tip_mm is None else self.tip_mm.tolist(),
-            "covariance_mm2": None
-            if self.covariance_mm2 is None
-            else self.covariance_mm2.tolist(),
+            "covariance_mm2": None if self.covariance_mm2 is None else self.covariance_mm2.tolist(),
             "axis": None if self.axis is None else self.axis.tolist(),
             "roll_deg": self.roll_deg,
             "tip_px": tips and dict(zip(names, tips, strict=True)),

@@ -2,8 +2,8 @@
 
 The background is a parabola over the window. On the shaft and on a curved tip the brightness is a
 smooth function of the place across, which changes along the needle; right at the edges it is the
-same on both, for there rough metal mirrors what is behind the needle. A facet is lit evenly, but for
-a slope.
+same on both, for there rough metal mirrors what is behind the needle. A facet is lit evenly, but
+for a slope.
 """
 
 from __future__ import annotations
@@ -77,12 +77,19 @@ def ground(window: Window) -> Array:
     return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v])
 
 
+def window_points(window: Window) -> tuple[Array, Array]:
+    """Give u and v (H, W) of a window's pixels."""
+    v, u = np.meshgrid(
+        np.arange(window.v, window.v + window.height, dtype=np.float64),
+        np.arange(window.u, window.u + window.width, dtype=np.float64),
+        indexing="ij",
+    )
+    return u, v
+
+
 def along(drawing: Drawing, window: Window) -> tuple[Array, Array, Array]:
     """Give (H, W) the places of pixels: along the shaft, along the tip, and across."""
-    v, u = np.meshgrid(
-        window.v + np.arange(window.height), window.u + np.arange(window.width), indexing="ij"
-    )
-    x, z = drawing.outline.place(u, v)
+    x, z = drawing.outline.place(*window_points(window))
     depth = max(drawing.outline.depth_px, 1.0)
     half = max(float(np.ptp([side[-1, 1] for side in _ends(drawing)])) / 2, 1.0)
     return np.maximum(z - depth, 0) / window.height, z / depth - 0.5, x / half

@@ -90,7 +90,7 @@ class Solid:
         length = float(points[:, 2].max())
         ring = points[ConvexHull(points[:, :2]).vertices, :2]
         radius = float(np.linalg.norm(ring, axis=1).max())
-        _require_needle(points, faces, ring, radius, length)
+        _require_needle(points, faces, radius, length)
         first = points[points[:, 2] <= 1e-6 * radius]
         tip = first.mean(axis=0) if apex is None else np.asarray(apex, np.float64) - [0, 0, start]
         corners = points[ConvexHull(points).vertices]
@@ -117,9 +117,7 @@ def _require_solid(points: Array, faces: Faces) -> None:
         raise InputError("has a vertex that is not finite")
 
 
-def _require_needle(
-    points: Array, faces: Faces, ring: Array, radius: float, length: float
-) -> None:
+def _require_needle(points: Array, faces: Faces, radius: float, length: float) -> None:
     frame = "z along the axis from the tip to the hub, the axis at x = y = 0, in mm"
     if length < 4 * radius:
         raise InputError(

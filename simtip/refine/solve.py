@@ -68,15 +68,14 @@ class Problem:
     views: tuple[View, View]
 
     @property
-    def free(self) -> Array:
+    def free(self) -> NDArray[np.intp]:
         """Numbers of the free parameters."""
-        return np.array([k for k in range(POSE + 2) if k != 5 or not self.solid.revolution])
+        return np.flatnonzero([k != 5 or not self.solid.revolution for k in range(POSE + 2)])
 
     def state(self, T_wn: Pose, blur: Array) -> State:
         """Compare the pictures with the needle in a place."""
         left, right = (
-            view.fit(self.solid, T_wn, float(b))
-            for view, b in zip(self.views, blur, strict=True)
+            view.fit(self.solid, T_wn, float(b)) for view, b in zip(self.views, blur, strict=True)
         )
         off = self._off(blur)
         return State(T_wn, blur, (left, right), left.cost + right.cost + float(off @ off))
@@ -100,8 +99,7 @@ class Problem:
             steps = np.append(STEPS, BLUR_STEP_PX)
             pose = [p for p in range(POSE) if p != 5 or not self.solid.revolution]
             places = [
-                (moved(state.T_wn, self.solid.apex, STEPS[p] * np.eye(POSE)[p]), blur)
-                for p in pose
+                (moved(state.T_wn, self.solid.apex, STEPS[p] * np.eye(POSE)[p]), blur) for p in pose
             ]
             places.append((state.T_wn, blur + BLUR_STEP_PX))
             which = np.array([*pose, POSE])

@@ -1,4 +1,4 @@
-"""One picture against a known needle: pixels near the tip, and how well an outline explains them."""
+"""One picture against a known needle: how well a place of it explains the pixels at the tip."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simtip.detect.protocol import Image
 from simtip.detect.subpixel.analysis import Analysis
 from simtip.detect.subpixel.gray import mean_gray
 from simtip.detect.subpixel.picture import Window
-from simtip.detect.protocol import Image
 from simtip.geometry import Array, Pose
 from simtip.refine.cells import Cells
 from simtip.refine.drawing import Drawing
 from simtip.refine.outline import Eye, outline
-from simtip.refine.shading import Layout, columns, layout_of, picture, prior
+from simtip.refine.shading import Layout, columns, layout_of, picture, prior, window_points
 from simtip.refine.solid import Solid
 
 SIDE_PX, BELOW_PX = 8.0, 10.0
@@ -86,7 +86,7 @@ class View:
         width = float(np.linalg.norm(ends[2] - ends[1]))
         shaft_mm = min(SHAFT_WIDTHS, SHAFT_MOST_PX / max(width, 1e-3)) * step
         shaft_mm = min(shaft_mm, solid.length_mm - depth)
-        corners = eye.see(T_cn.apply(at + [0, 0, shaft_mm]))
+        corners = eye.see(T_cn.apply(at + np.array([0, 0, shaft_mm])))
         box = np.concatenate([ends[:1], corners[1:2]])
         half = width / 2 + SIDE_PX + 3 * float(np.sqrt(analysis.scenery.variance_px2))
         low = np.floor([box[:, 0].min() - half, box[:, 1].min()]).astype(int)
@@ -97,10 +97,7 @@ class View:
         part = turned[low[1] : high[1] + 1, low[0] : high[0] + 1].astype(np.float64)
         end_mm = depth + shaft_mm + MARGIN_MM
         drawn = outline(solid, T_wn, eye, end_mm)
-        v, u = np.meshgrid(
-            window.v + np.arange(window.height), window.u + np.arange(window.width), indexing="ij"
-        )
-        x, z = drawn.place(u, v)
+        x, z = drawn.place(*window_points(window))
         left, right = drawn.sides(np.maximum(z, drawn.depth_px))
         used = ((x > left - half + width / 2) & (x < right + half - width / 2)).astype(np.float64)
         return cls(
