@@ -169,8 +169,9 @@ def refine(
 
     first = problem(T_wn)
     near = first.settle(_first_state(first, T_wn), NEAR_STEPS).state
-    # Where the needle ends is known better now, and so is which pixels are about it.
-    again = problem(near.T_wn)
+    # Known better now: where the needle ends, and so which pixels are about it; and the noise,
+    # which the shaft's fit takes for too much where edges run askew.
+    again = problem(near.T_wn).quieter([fit.misfit for fit in near.fits])
     return _judged(again.settle(again.state(near.T_wn, near.blur)), solid, rig)
 
 
@@ -206,7 +207,7 @@ def _first_state(problem: Problem, T_wn: Pose) -> State:
 
 def _judged(solution: Solution, solid: Solid, rig: StereoRig) -> Refinement:
     state = solution.state
-    misfit = np.array([fit.chi2 / max(float((fit.weight > 0).sum()), 1.0) for fit in state.fits])
+    misfit = np.array([fit.misfit for fit in state.fits])
     if not solution.settled:
         return Refinement(RefineStatus.NOT_SETTLED, "the fit came to no end", misfit=misfit)
     if misfit.max() > GREATEST_MISFIT:

@@ -27,7 +27,23 @@ MARGIN_MM = 20.0
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """An outline's best brightness, and what is left."""
+    """An outline's best brightness, and what is left.
+
+    Attributes
+    ----------
+    columns, amplitude
+        (H W, n), (n,) what the picture is made of, and how much of each.
+    weight, residual
+        (H W,) one over the noise's variance, or 0; gray values less the picture.
+    normal
+        (n, n) normal matrix of the amplitudes.
+    layout
+        What the columns are.
+    cost
+        -2 log likelihood, but for a constant.
+    misfit
+        Mean squared residual over the noise.
+    """
 
     columns: Array
     amplitude: Array
@@ -36,7 +52,7 @@ class Fit:
     normal: Array
     layout: Layout
     cost: float
-    chi2: float
+    misfit: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +145,9 @@ class View:
         amplitude = np.linalg.solve(normal, weighted.T @ self.value + precision * mean)
         residual = self.value - made @ amplitude
         chi2 = float((residual**2 * weight).sum())
+        misfit = chi2 / max(float(self.used.sum()), 1.0)
         cost = chi2 + float((precision * (amplitude - mean) ** 2).sum())
-        return Fit(made, amplitude, weight, residual, normal, layout, cost, chi2)
+        return Fit(made, amplitude, weight, residual, normal, layout, cost, misfit)
 
     def change(
         self, found: Fit, solid: Solid, places: list[tuple[Pose, float]], steps: Array, base: Array
