@@ -101,8 +101,10 @@ def _pixel_table(result: dict[str, Any]) -> Table:
 
 def _details(result: dict[str, Any]) -> str:
     distance = result["epipolar_distance_px"]
+    refined = result.get("refined")
     parts = [
         f"detector {result['detector']}",
+        "" if refined is None else f"refined: {refined['reason'] or refined['status']}",
         "" if distance is None else f"epipolar distance {distance:.3f} px",
         f"back end {result['backend']}" if "backend" in result else "",
         f"seed {result['seed']}" if "seed" in result else "",

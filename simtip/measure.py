@@ -1,4 +1,4 @@
-"""From two images to one point in space: detection, matching, triangulation.
+"""From two images to one point in space: detection, matching, triangulation, refinement.
 
 Knows nothing of the simulation, so it works on photographs.
 """
@@ -19,6 +19,8 @@ from simtip.detect.region import Region, within
 from simtip.errors import InputError
 from simtip.geometry import Array
 from simtip.match import MAX_DISTANCE_PX, StereoMatch, match_tips
+from simtip.refine.refinement import Refinement, Refiner
+from simtip.refine.regions import inside
 from simtip.triangulate import Method, TipEstimate, triangulate
 
 
@@ -33,15 +35,20 @@ class Measurement:
     match
         Whether the two tips can be one point.
     estimate
-        The tip in the rig's frame.
+        The tip in the rig's frame, triangulated.
+    refinement
+        The tip from both images at once, the needle's shape known; None if that was not asked for
+        or nothing was triangulated.
     timings_s
-        Wall time of "detect", "match" and "triangulate"; 0 for what did not run.
+        Wall time of "detect", "match", "triangulate" and, if asked for, "refine"; 0 for what did
+        not run.
     """
 
     left: TipObservation
     right: TipObservation
     match: StereoMatch | None = None
     estimate: TipEstimate | None = None
+    refinement: Refinement | None = None
     timings_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -66,8 +73,20 @@ class Measurement:
 
     @property
     def tip_mm(self) -> Array | None:
-        """The measured tip (3,), mm, rig frame; None if there is none."""
+        """The measured tip (3,), mm, rig frame: the refined one if there is, else the triangulated.
+
+        None if there is none.
+        """
+        if self.refinement is not None and self.refinement.ok:
+            return self.refinement.tip_mm
         return None if self.estimate is None else self.estimate.point_mm
+
+    @property
+    def covariance_mm2(self) -> Array | None:
+        """Covariance (3, 3) of `tip_mm`, mm^2, as claimed; None if there is none."""
+        if self.refinement is not None and self.refinement.ok:
+            return self.refinement.covariance_mm2
+        return None if self.estimate is None else self.estimate.covariance_mm2
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain lists and numbers: the keys of ``measure --json``."""
@@ -75,9 +94,11 @@ class Measurement:
             "status": self.status,
             "reason": self.reason,
             "tip_measured_mm": _plain(self.tip_mm),
-            "tip_covariance_mm2": _plain(
-                None if self.estimate is None else self.estimate.covariance_mm2
+            "tip_covariance_mm2": _plain(self.covariance_mm2),
+            "tip_triangulated_mm": _plain(
+                None if self.estimate is None else self.estimate.point_mm
             ),
+            "refined": None if self.refinement is None else self.refinement.to_dict(),
             "tip_detected_px": {
                 "left": _plain(self.left.tip_px),
                 "right": _plain(self.right.tip_px),
@@ -164,6 +185,7 @@ def measure_pair(
     max_distance_px: float = MAX_DISTANCE_PX,
     method: Method = "svd",
     regions: tuple[Region | None, Region | None] = (None, None),
+    refiner: Refiner | None = None,
 ) -> Measurement:
     """Measure the needle tip on one pair of images.
 
@@ -182,6 +204,9 @@ def measure_pair(
     regions
         Where to look in the left and in the right image; None is everywhere. Results are in
         pixels of the whole images.
+    refiner
+        What refines the tip once it is triangulated, e.g. `simtip.refine.silhouette` of the
+        needle's shape. It looks in the same regions.
 
     Raises
     ------
@@ -214,4 +239,8 @@ def measure_pair(
             covariance_left_px=covariances[0] if claimed else None,
             covariance_right_px=covariances[1] if claimed else None,
         )
-    return Measurement(*seen, match, estimate, timings)
+    if refiner is None or not estimate.ok:
+        return Measurement(*seen, match, estimate, timings_s=timings)
+    with timed(timings, "refine"):
+        refinement = inside(refiner, regions)(left, right, rig)
+    return Measurement(*seen, match, estimate, refinement, timings)

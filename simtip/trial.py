@@ -11,6 +11,7 @@ from simtip.detect.excerpt import excerpt
 from simtip.errors import InputError
 from simtip.measure import Measurement, measure_pair
 from simtip.measuring_rig import measuring_rig
+from simtip.refine import Refiner, Solid, silhouette
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, score_tip
 from simtip.simulation import Simulation, simulate
@@ -124,6 +125,29 @@ def with_detector(
     return spec.model_copy(update={"detect": DetectSpec.model_validate(values)})
 
 
+def refiner_of(spec: SceneSpec) -> Refiner | None:
+    """Set up the refinement that the scene asks for: of its own needle, the shape known.
+
+    Raises
+    ------
+    InputError
+        The needle is none that can be refined; `field` is ``refine.name``.
+    """
+    if spec.refine.name == "none":
+        return None
+    needle = spec.needle.needle()
+    try:
+        solid = Solid.from_mesh(*needle.surface(), needle.apex)
+    except InputError as error:
+        raise InputError(
+            f"the needle {error.problem}",
+            field="refine.name",
+            remedy="write none, or take a straight, convex needle",
+        ) from error
+    depth = spec.sensor.bit_depth
+    return silhouette(solid, 2**depth - 1 if depth > 8 else None)
+
+
 def run_trial(
     spec: SceneSpec,
     *,
@@ -144,6 +168,7 @@ def run_trial(
     if detector is None or isinstance(detector, str):
         spec = with_detector(spec, detector)
         detector = detector_of(spec, allowed=detector)
+    refiner = refiner_of(spec)
     rig = measuring_rig(spec)
     simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
     truth = simulation.truth
@@ -153,6 +178,7 @@ def run_trial(
         detector,
         max_distance_px=spec.match.max_distance_px,
         method=spec.triangulate.method,
+        refiner=refiner,
     )
     error = score_tip(
         point_measured_mm=measurement.tip_mm,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,12 +13,18 @@ from simtip.cli.detector_options import (
     as_detector_options,
     configured,
     parse_roi,
+    parse_settings,
 )
 from simtip.cli.errors import as_option
 from simtip.cli.options import JsonOption
 from simtip.cli.output import print_json, to_stdout
 from simtip.errors import InputError
 from simtip.triangulate import Method
+
+if TYPE_CHECKING:
+    from simtip.refine import Refiner
+
+REFINEMENTS = ("none", "silhouette")
 
 
 def measure(
@@ -43,6 +49,18 @@ def measure(
     max_distance_px: Annotated[
         float, typer.Option("--max-distance", metavar="PX", help="From the epipolar line.")
     ] = 2.0,
+    refine: Annotated[
+        str, typer.Option("--refine", metavar="NAME", help="silhouette: with the needle's shape.")
+    ] = "none",
+    needle: Annotated[
+        str | None,
+        typer.Option(
+            "--needle",
+            metavar="SHAPE",
+            help="For --refine: .ply or .stl file, mm, or cone:DIAMETER:LENGTH, "
+            "bevel:DIAMETER:ANGLE.",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Measure the needle tip on a pair of image files of any origin."""
@@ -57,6 +75,7 @@ def measure(
         raise InputError(
             f"{max_distance_px:g} px is no distance", field="--max-distance", remedy="give above 0"
         )
+    refiner = _refiner(refine, needle, _full_scale(settings))
     image_left, image_right = read_image(left), read_image(right)
     cameras = read_rig(
         rig,
@@ -81,6 +100,7 @@ def measure(
             max_distance_px=max_distance_px,
             method=method,
             regions=regions,
+            refiner=refiner,
         )
     names = {"rig": str(rig), "left": str(left), "right": str(right), "detector": detector}
     result = {**names, **measurement.to_dict()}
@@ -89,3 +109,31 @@ def measure(
         return
     with to_stdout():
         show_result(result)
+
+
+def _full_scale(settings: list[str] | None) -> int | None:
+    """Give what was told to the detector of white: the refinement looks at the same images."""
+    value = str(parse_settings(settings).get("full_scale", ""))
+    return int(value) if value.isdecimal() else None
+
+
+def _refiner(name: str, needle: str | None, full_scale: int | None) -> Refiner | None:
+    """Set up what `--refine` and `--needle` ask for."""
+    from simtip.refine import silhouette, solid_of
+
+    if name not in REFINEMENTS:
+        raise InputError(
+            f"{name[:80]!r} is no refinement",
+            field="--refine",
+            remedy=f"give {' or '.join(REFINEMENTS)}",
+        )
+    if name == "none":
+        if needle is not None:
+            raise InputError("is not used", field="--needle", remedy="give --refine silhouette too")
+        return None
+    if needle is None:
+        raise InputError(
+            "needs the needle's shape", field="--refine silhouette", remedy="give --needle SHAPE"
+        )
+    with as_option("--needle"):
+        return silhouette(solid_of(needle), full_scale)

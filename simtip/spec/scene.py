@@ -101,6 +101,20 @@ class TriangulateSpec(Part):
     ] = "svd"
 
 
+class RefineSpec(Part):
+    """What follows triangulation."""
+
+    name: Annotated[
+        Literal["none", "silhouette"],
+        Field(
+            description=(
+                "silhouette: the needle, its shape known, is fitted to both images at once. For "
+                "straight, convex needles."
+            )
+        ),
+    ] = "none"
+
+
 class SceneSpec(Part):
     """One scene: what is seen, by what, in which light, and how it is measured."""
 
@@ -121,6 +135,7 @@ class SceneSpec(Part):
     detect: DetectSpec = DetectSpec()
     match: MatchSpec = MatchSpec()
     triangulate: TriangulateSpec = TriangulateSpec()
+    refine: RefineSpec = RefineSpec()
     boards: BoardsSpec = BoardsSpec()
 
     @field_validator("lamps")

@@ -39,6 +39,8 @@ CLEAR_PX = 4
 START_VARIANCES_PX2 = (0.03, 0.6, 2.5)
 """Of the blur: from each the shaft's fit begins, and the best is kept."""
 
+WORST_SHAFT_MISFIT = 100.0
+
 FITTING_MISFIT = 2.0
 """A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
 
@@ -51,7 +53,7 @@ lies within them."""
 
 WIDTH_SLACK_PX = 0.35
 
-GOOD_MISFIT = 4.0
+GOOD_MISFIT, BAD_MISFIT = 4.0, 20.0
 
 TRIALS = {
     "auto": ("cone", "wedge", "bevel", "bevel_away", "round"),
@@ -148,7 +150,7 @@ def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
     failures = []
     best: Analysis | None = None
     for band in bands[: parameters.candidates]:
-        if best is not None and _within(best, band):
+        if best is not None and best.tip.misfit < BAD_MISFIT and _within(best, band):
             continue
         try:
             found = _measured(fine, gray, band, parameters)
@@ -189,6 +191,14 @@ def _measured(
         )
     shaft = _fitted_shaft(turned, rows[-MOST_ROWS:], begun)
     v_end, wedge = _first_wedge(traced, shaft)
+    widths = shaft.half_px(np.array([float(rows[0]), v_end]))
+    if not (widths.min() > 0 and np.diag(shaft.covariance).min() > 0):
+        raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's edges cannot be fitted")
+    if shaft.misfit > WORST_SHAFT_MISFIT:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND,
+            f"what was seen is no straight, even shaft (misfit {shaft.misfit:.0f})",
+        )
     centre = np.array(parameters.centre_px or ((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2))
     focal = parameters.focal_px or float(max(image.shape))
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))

@@ -53,7 +53,7 @@ class SubpixelParameters(DetectorParameters):
     ] = None
     candidates: Annotated[
         int, Declared("bands that are tried, the most promising first", minimum=1, maximum=50)
-    ] = 6
+    ] = 4
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -480,9 +480,10 @@ def _noise(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> 
     v = rows.astype(np.float64)
     half = float(shaft.half_px(v).max())
     reach = np.arange(-int(half + OUTER_PX), int(half + OUTER_PX) + 1)
-    middle = np.rint(shaft.axis_u(v[1:-1])).astype(np.intp)[:, None] + reach
-    middle = np.clip(middle, 0, image.shape[1] - 1)
-    above, at, below = (image[rows[k : len(rows) - 2 + k, None], middle] for k in range(3))
+    # Along the axis, not along u: a slanting needle's edges would count as noise.
+    columns = np.rint(shaft.axis_u(v)).astype(np.intp)[:, None] + reach
+    values = image[rows[:, None], np.clip(columns, 0, image.shape[1] - 1)]
+    above, at, below = values[:-2], values[1:-1], values[2:]
     off = ((above - 2 * at + below) ** 2 / 6).reshape(-1)
     level = ((above + at + below) / 3).reshape(-1)
     parts = np.array_split(np.argsort(level), NOISE_BINS)

@@ -20,6 +20,8 @@ from simtip.geometry import Array
 
 SIDE_PX, BELOW_PX = 6, 8
 BRIGHTNESS_DEVIATION = 0.3
+SLOPE_LEVER = 0.2
+
 COMPLEXITY = 3.0
 """Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
 freer shape scatters more, so it has to describe the picture clearly better."""
@@ -31,6 +33,7 @@ BLURRED_WIDTH = 0.3
 """How far the shaft's half width may be off in a blurred picture, px."""
 
 AHEAD_PX = (0.0, 2.5, 5.0)
+MOST_STEPS = 25
 POSE = 3
 """Parameters before the shape: row v of z = 0 on the axis, shift across, half width."""
 
@@ -99,6 +102,8 @@ class Scenery:
         Of the background, DN.
     tilt
         Sine of the axis, towards the hub, along the line of sight.
+    slope_deviation
+        Of the axis' slope du/dv at the tip.
     """
 
     window: Window
@@ -110,6 +115,7 @@ class Scenery:
     variance_px2: float
     level: float
     tilt: float
+    slope_deviation: float
 
     def place(self, family: Family, values: Array) -> Placed:
         """Put an outline into the image."""
@@ -166,7 +172,7 @@ def fit_tip(
     values, found = _best_start(scenery, family, v_end, begin, known or [])
     damping = 1e-2
     derivative = None
-    for _ in range(40):
+    for _ in range(MOST_STEPS):
         if derivative is None:
             derivative = _derivative(scenery, family, values, found, high)
             H, g = _shape_equations(scenery, values, found, derivative)
@@ -200,11 +206,23 @@ def fit_tip(
         values,
         covariance,
         tip,
-        turn @ covariance @ turn.T,
+        turn @ covariance @ turn.T + _of_slope(scenery),
         found.cost,
         found.misfit,
         found.residual,
     )
+
+
+def _of_slope(scenery: Scenery) -> Array:
+    """Give what the axis' uncertain slope, which the fit takes as known, adds to the covariance.
+
+    The tip is held by its flanks; it moves across by a third of their length times the slope.
+    """
+    lever = scenery.window.height * SLOPE_LEVER
+    v = np.array(float(scenery.window.v + scenery.window.height))
+    slope = float(scenery.shaft.slope(v))
+    across = np.array([1.0, -slope]) / np.hypot(1, slope)
+    return np.asarray((lever * scenery.slope_deviation) ** 2 * np.outer(across, across))
 
 
 def _best_start(
@@ -361,6 +379,8 @@ def scenery_of(
     m = len(shaft.width)
     wide = t ** np.arange(m)
     half_deviation = float(np.sqrt(wide @ shaft.covariance[n : n + m, n : n + m] @ wide))
+    steeper = np.arange(n) * t ** np.maximum(np.arange(n) - 1, 0) / shaft.scale
+    slope_deviation = float(np.sqrt(steeper @ shaft.covariance[:n, :n] @ steeper))
     return Scenery(
         window,
         part.reshape(-1).astype(np.float64),
@@ -371,4 +391,5 @@ def scenery_of(
         variance,
         level,
         tilt,
+        slope_deviation,
     )

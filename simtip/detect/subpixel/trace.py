@@ -23,7 +23,7 @@ SMOOTH_ROWS = 5
 EDGE_LEVEL = 0.4
 """Of the needle's usual contrast: an edge is where the outermost pixel exceeds it."""
 
-END_LEVEL = 0.25
+END_LEVEL = 0.12
 """A row that nowhere reaches so much of the usual contrast shows no needle."""
 
 END_ROWS = 6

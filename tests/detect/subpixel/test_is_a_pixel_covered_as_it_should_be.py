@@ -11,7 +11,7 @@ SHAPES = {
     "cone": (3.0,),
     "round": (2.5, 0.4),
     "wedge": (0.4, 1.2, 3.1),
-    "bevel": (2.0, 1.1),
+    "bevel": (1.2, 1.1),
     "bevel_away": (1.5, 2.0),
 }
 WINDOW = Window(90, 40, 30, 34)

@@ -5,13 +5,13 @@ import pytest
 from drawn_needles import Drawn, photograph
 
 from simtip.detect import TipStatus
-from simtip.detect.subpixel import SubpixelParameters, detect
+from simtip.detect.subpixel import detect
 
 SHAFT = Drawn()
 
 
-def says(image, **values):
-    observation = detect(image, SubpixelParameters(**values))
+def says(image):
+    observation = detect(image)
     assert not observation.ok
     return observation.status, observation.reason
 
@@ -36,9 +36,3 @@ def test_a_shaft_too_short_is_refused_with_its_rows():
     status, reason = says(image)
     assert status == TipStatus.NOT_FOUND
     assert "24" in reason or "parallel" in reason or "long enough" in reason
-
-
-def test_a_needle_wider_than_those_looked_for_is_not_taken():
-    status, reason = says(photograph(SHAFT.light(), 1), max_width_px=12.0)
-    assert status == TipStatus.NOT_FOUND
-    assert "6 to 12 px" in reason
