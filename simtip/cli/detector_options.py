@@ -5,10 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
 from typing import Annotated
 
 import typer
 
+from simtip.camera import Camera
 from simtip.cli.errors import as_option
 from simtip.detect import (
     ConfiguredDetector,
@@ -19,6 +21,7 @@ from simtip.detect import (
     parse_region,
 )
 from simtip.detect.parameters import FIELD_PREFIX
+from simtip.detect.protocol import for_camera
 from simtip.errors import InputError
 
 DetectorOption = Annotated[
@@ -91,11 +94,22 @@ def configured(reference: str, settings: list[str] | None) -> ConfiguredDetector
     return quiet(detector)
 
 
+@dataclass(frozen=True)
+class QuietDetector:
+    """A detector whose own prints, whenever it looks at an image, go to standard error."""
+
+    detector: ConfiguredDetector
+
+    def __call__(self, image: Image, *, layers: bool = False) -> TipObservation:
+        """Look for the needle tip."""
+        with chatter_aside():
+            return self.detector(image, layers=layers)
+
+    def for_camera(self, camera: Camera) -> ConfiguredDetector:
+        """Tell the detector its camera."""
+        return QuietDetector(for_camera(self.detector, camera))
+
+
 def quiet(detector: ConfiguredDetector) -> ConfiguredDetector:
     """Send what the detector prints, whenever it looks at an image, to standard error."""
-
-    def detect(image: Image, *, layers: bool = False) -> TipObservation:
-        with chatter_aside():
-            return detector(image, layers=layers)
-
-    return detect
+    return QuietDetector(detector)
