@@ -43,8 +43,8 @@ def test_facets_and_symmetry_are_seen(name):
     solid = Solid.from_mesh(*needle.surface(256), needle.apex)
     assert (len(solid.facets), solid.curved, solid.revolution) == (facets, curved, revolution)
     assert solid.radius_mm == pytest.approx(0.835)
-    assert solid.depth_mm == pytest.approx(tip.depth_mm(0.835), abs=2e-3)
-    np.testing.assert_allclose(solid.apex, needle.apex)
+    assert solid.depth_mm == pytest.approx(tip.depth_mm(0.835), abs=5e-3)
+    np.testing.assert_allclose(solid.apex, needle.apex, atol=1e-9)
 
 
 @pytest.mark.parametrize(
