@@ -61,8 +61,8 @@ def planar(
 
     Returns
     -------
-    facets, rest
-        The planes, and the area in mm^2 of the faces that lie in none.
+    facets, curved
+        The planes, and the share of the faces' area that lies in none.
     """
     normal, area = _normals(points, faces)
     away = np.einsum("ij,ij->i", normal, points[faces].mean(axis=1))
@@ -78,8 +78,8 @@ def planar(
         free &= ~same
         found.append(Facet(normal[k], points[np.unique(faces[same])]))
     if len(found) > MOST:
-        return (), float(area.sum())
-    return tuple(found), float(area[free].sum())
+        return (), 1.0
+    return tuple(found), float(area[free].sum() / max(area.sum(), 1e-300))
 
 
 def _normals(points: Array, faces: NDArray[np.int64]) -> tuple[Array, Array]:

@@ -147,7 +147,7 @@ def refine(
     InputError
         An array is no image of a supported kind.
     """
-    found = _analyses(left, right, rig, full_scale) if start is None else start
+    found = analyses(left, right, rig, full_scale) if start is None else start
     if isinstance(found, Refinement):
         return found
     T_wn = first_place(*found, rig)
@@ -175,9 +175,10 @@ def refine(
     return _judged(again.settle(again.state(near.T_wn, near.blur)), solid, rig)
 
 
-def _analyses(
+def analyses(
     left: Image, right: Image, rig: StereoRig, full_scale: int | None
 ) -> tuple[Analysis, Analysis] | Refinement:
+    """Look for the needle in both pictures, as `refine` does; or tell why it is not found."""
     found = []
     for image, camera, status in (
         (left, rig.left, RefineStatus.LEFT_NOT_FOUND),

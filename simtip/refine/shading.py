@@ -16,6 +16,7 @@ from simtip.detect.subpixel.picture import Window
 from simtip.geometry import Array
 from simtip.refine.brightness import MODES, TIP_MODES, tables, tip_tables
 from simtip.refine.drawing import Drawing
+from simtip.refine.outline import at_z
 
 GROUND = 6
 RIM_LEVEL, RIM_DEVIATION = 0.48, 0.1
@@ -88,15 +89,12 @@ def window_points(window: Window) -> tuple[Array, Array]:
 
 
 def along(drawing: Drawing, window: Window) -> tuple[Array, Array, Array]:
-    """Give (H, W) the places of pixels: along the shaft, along the tip, and across."""
+    """Give the places of pixels (H, W): along the shaft, along the tip, across in half widths."""
     x, z = drawing.outline.place(*window_points(window))
     depth = max(drawing.outline.depth_px, 1.0)
-    half = max(float(np.ptp([side[-1, 1] for side in _ends(drawing)])) / 2, 1.0)
+    low, high = (float(at_z(side, np.array(depth))) for side in drawing.outline.shaft)
+    half = max((high - low) / 2, 1.0)
     return np.maximum(z - depth, 0) / window.height, z / depth - 0.5, x / half
-
-
-def _ends(drawing: Drawing) -> tuple[Array, Array]:
-    return drawing.outline.left, drawing.outline.right
 
 
 def columns(drawing: Drawing, window: Window, layout: Layout) -> Array:

@@ -23,6 +23,12 @@ ON_AXIS = 0.02
 ROUND = 2e-3
 """Of the radius: how uneven a body of revolution may be."""
 
+DIRECTIONS = 23
+"""Each way, in which its evenness is tried."""
+
+CURVED_SHARE = 0.3
+"""Of the tip's surface: where less lies in no facet, it is their rounded edges."""
+
 
 @dataclass(frozen=True, eq=False)
 class Solid:
@@ -97,7 +103,7 @@ class Solid:
         front = corners[corners[:, 2] < length * (1 - 1e-6)]
         facing = forward(points, faces)
         depth = float(points[faces[facing], 2].max()) if facing.any() else 0.0
-        facets, rest_mm2 = planar(points, faces[facing], radius)
+        facets, curved = planar(points, faces[facing], radius)
         return cls(
             front,
             ring,
@@ -105,8 +111,8 @@ class Solid:
             facets,
             depth,
             length,
-            rest_mm2 > 0.05 * np.pi * radius**2,
-            _is_revolution(points, faces[facing], facets, radius, tip),
+            curved > CURVED_SHARE,
+            _is_revolution(front, radius, tip),
         )
 
 
@@ -151,12 +157,12 @@ def _require_needle(points: Array, faces: Faces, radius: float, length: float) -
         )
 
 
-def _is_revolution(
-    points: Array, faces: Faces, facets: tuple[Facet, ...], radius: float, apex: Array
-) -> bool:
-    """Tell whether the tip is the same all around: on the axis, square to it, with an even rim."""
+def _is_revolution(front: Array, radius: float, apex: Array) -> bool:
+    """Tell whether turning the needle about its axis changes nothing, by how far it reaches."""
+    steep, azimuth = np.meshgrid(
+        np.linspace(0, np.pi / 2, DIRECTIONS), 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    )
+    d = [np.sin(steep) * np.cos(azimuth), np.sin(steep) * np.sin(azimuth), -np.cos(steep)]
+    reach = (np.stack(d, axis=-1) @ front.T).max(axis=-1)
     on_axis = np.linalg.norm(apex[:2]) <= ROUND * radius
-    square = all(facet.normal[2] < -1 + 1e-6 for facet in facets)
-    corners = points[np.unique(faces)]
-    rim = corners[np.linalg.norm(corners[:, :2], axis=1) > (1 - ROUND) * radius, 2]
-    return bool(on_axis and square and (len(rim) == 0 or np.ptp(rim) <= ROUND * radius))
+    return bool(on_axis and np.ptp(reach, axis=0).max() <= ROUND * radius)

@@ -28,7 +28,7 @@ BLUR_SHARE, BLUR_PX = 0.2, 0.1
 FARTHEST = np.array([1.0, 1.0, 1.0, 0.05, 0.05, 0.5])
 """A step goes no further."""
 
-SETTLED = 0.01
+SETTLED = 0.02
 """The fit ends where a whole step promises to lower the cost, chi square, by less."""
 
 MOST_DAMPING = 1e3
@@ -141,19 +141,21 @@ class Problem:
         damping, settled = 1e-3, False
         H, g = self.equations(state)
         for _ in range(most):
-            if g @ self._step(state, H, g, 0.0) < SETTLED:
-                settled = True
+            settled = bool(g @ self._step(state, H, g, 0.0) < SETTLED)
+            if settled:
                 break
             tried = self.stepped(state, self._step(state, H, g, damping))
-            if tried.cost < state.cost:
+            gain = state.cost - tried.cost
+            if gain > 0:
                 state = tried
                 damping = max(damping / 10, 1e-7)
                 H, g = self.equations(state)
             else:
                 damping *= 10
-                settled = damping > MOST_DAMPING
-                if settled:
-                    break
+            # At a kink the slope promises what is not there.
+            settled = bool(0 < gain < SETTLED / 10) or damping > MOST_DAMPING
+            if settled:
+                break
         covariance = np.zeros((POSE + 2, POSE + 2))
         free = self.free[~self._held(state, g)]
         kept = ~self._held(state, g)
