@@ -17,10 +17,11 @@ from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.outline import FAMILIES
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters, TipKind
+from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
 from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, edge_half_px, fit
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
-from simtip.detect.subpixel.tip import POSE, Scenery, TipFit, fit_tip, scenery_of
+from simtip.detect.subpixel.tip import TipFit, fit_tip
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 

@@ -62,23 +62,44 @@ def modes() -> tuple[Array, Array]:
     return theta, np.column_stack([np.ones(len(theta)), even, odd])
 
 
-@lru_cache(maxsize=1)
-def _integrals() -> tuple[Array, Array]:
-    """Give s from -1 to 1, and the integral over s from -1 of each mode (n, INSIDE)."""
+@lru_cache(maxsize=4)
+def _integrals(even: int, odd: int) -> tuple[Array, Array, Array]:
+    """Give s from -1 to 1, the integral over s from -1 of each mode there, and the modes beyond.
+
+    Shapes (n,), (n, 1 + even + odd), (n - 1, 1 + even + odd).
+    """
     edges = np.linspace(-np.pi / 2, np.pi / 2, _ANGLE_STEPS + 1)
     s = np.sin(edges)
-    sums = np.cumsum(modes()[1] * np.diff(s)[:, None], axis=0)
-    return s, np.concatenate([np.zeros((1, INSIDE)), sums])
+    first = 1 + EVEN_MODES
+    kept = [*range(1 + even), *range(first, first + odd)]
+    mode = np.ascontiguousarray(modes()[1][:, kept])
+    sums = np.cumsum(mode * np.diff(s)[:, None], axis=0)
+    return s, np.concatenate([np.zeros((1, len(kept))), sums]), mode
 
 
-def brightness_integral(s: Array) -> Array:
-    """Give the integral of each mode from -1 to s (n,) = x / half width: (n, INSIDE)."""
-    grid, sums = _integrals()
-    s = np.clip(s, -1, 1)
+def brightness_integral(s: Array, even: int = EVEN_MODES, odd: int = ODD_MODES) -> Array:
+    """Give the integral from -1 to s = x / half width of constant, even and odd modes.
+
+    Parameters
+    ----------
+    s
+        (n,).
+    even, odd
+        How many modes.
+
+    Returns
+    -------
+    integral
+        (n, 1 + even + odd).
+    """
+    grid, sums, mode = _integrals(even, odd)
+    s = np.minimum(np.maximum(s, -1), 1)
     place = (np.arcsin(s) / np.pi + 0.5) * _ANGLE_STEPS
-    k = np.clip(place.astype(np.intp), 0, _ANGLE_STEPS - 1)
-    share = (s - grid[k]) / (grid[k + 1] - grid[k])
-    return np.asarray(sums[k] + share[:, None] * (sums[k + 1] - sums[k]))
+    k = np.minimum(place.astype(np.intp), _ANGLE_STEPS - 1)
+    found = mode[k]
+    found *= (s - grid[k])[:, None]
+    found += sums[k]
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from simtip.detect.subpixel.edge_table import EVEN_MODES, brightness_integral
+from simtip.detect.subpixel.edge_table import brightness_integral
 from simtip.geometry import Array
 
 ROWS, COLUMNS = 4, 2
@@ -20,6 +21,14 @@ ROWS, COLUMNS = 4, 2
 SHAFT_EVEN, SHAFT_ODD = 7, 6
 TIP_EVEN, TIP_ODD = 6, 5
 """Brightness modes, besides the constant and its change along the axis."""
+
+GROUND_COLUMNS = 3
+SHAFT_COLUMNS = 2 + SHAFT_EVEN + SHAFT_ODD
+TIP_COLUMNS = 3 + TIP_EVEN + TIP_ODD
+"""What the brightness of each is made of."""
+
+PROFILE_STEP_PX = 1 / 16
+"""Of the shaft's brightness across, in between it is linear."""
 
 
 @dataclass(frozen=True)
@@ -57,22 +66,21 @@ class Placed:
     half_px: float
     depth_px: float
 
-    def interval(self, v: Array) -> tuple[Array, Array]:
-        """Give left and right u (n,) of the outline at rows v; equal below its end."""
-        return _interval(self.corners, v)
+    def intervals(self, v: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Give left and right u (n,) at rows v, of the whole outline and of the tip's own part.
 
-    def tip_interval(self, v: Array) -> tuple[Array, Array, Array]:
-        """Give left and right u (n,) of the tip's own part, and how much of the row is in it."""
-        left, right = self.interval(v)
+        Both are equal below the outline's end. Last comes how much of the row is in the tip's part.
+        """
+        left, right = _interval(self.corners, v)
         if self.facet is None:
             z = self.z_at((left + right) / 2, v)
-            return left, right, np.clip((self.depth_px - z) * ROWS + 0.5, 0, 1)
+            return left, right, left, right, np.clip((self.depth_px - z) * ROWS + 0.5, 0, 1)
         if len(self.facet) == 0:
-            return left, left, np.zeros(len(v))
+            return left, right, left, left, np.zeros(len(v))
         k = int(np.argmin(self.facet[:, 1]))
         low, high = _interval(np.roll(self.facet, -k, axis=0), v)
         there = (v >= self.facet[k, 1]).astype(np.float64)
-        return np.clip(low, left, right), np.clip(high, left, right), there
+        return left, right, np.clip(low, left, right), np.clip(high, left, right), there
 
     def z_at(self, u: Array, v: Array) -> Array:
         """Give z along the axis of points (n,)."""
@@ -114,33 +122,40 @@ def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
     rows = (window.height + 2 * pad) * ROWS
     columns = (window.width + 2 * pad) * COLUMNS
     v = window.v - pad - 0.5 + (np.arange(rows) + 0.5) / ROWS
-    u = window.u - pad - 0.5 + np.arange(columns + 1) / COLUMNS
-    left, right = placed.interval(v)
+    u = window.u - pad - 0.5 + np.arange(columns) / COLUMNS
+    left, right, inner_left, inner_right, share = placed.intervals(v)
     whole = _covered(u, left, right)
-    inner_left, inner_right, share = placed.tip_interval(v)
-    tip = _covered(u, inner_left, inner_right) * share.astype(np.float32)[:, None]
+    inner = whole if placed.facet is None else _covered(u, inner_left, inner_right)
+    tip = inner * share.astype(np.float32)[:, None]
     return Cover(*(_to_pixels(part, window, pad, variance_px2) for part in (whole, tip)))
 
 
-def _covered(u: Array, left: Array, right: Array) -> Array:
-    """Give the part of each cell between borders u (n + 1,) from left to right (m,): (m, n)."""
-    at_left = np.clip((left[:, None] - u[:-1]) * COLUMNS, 0, 1)
-    at_right = np.clip((right[:, None] - u[:-1]) * COLUMNS, 0, 1)
-    return np.asarray(at_right - at_left, np.float32)
+def _covered(u: Array, left: Array, right: Array) -> NDArray[np.float32]:
+    """Give the part of each cell that begins at u (n,) from left to right (m,): (m, n)."""
+    begins = np.asarray(u * COLUMNS, np.float32)
+    found = (np.asarray(right * COLUMNS, np.float32))[:, None] - begins
+    at_left = (np.asarray(left * COLUMNS, np.float32))[:, None] - begins
+    for part in (found, at_left):
+        np.minimum(part, 1, out=part)
+        np.maximum(part, 0, out=part)
+    found -= at_left
+    return found
 
 
-def _to_pixels(cells: Array, window: Window, pad: int, variance_px2: float) -> Array:
+def _to_pixels(cells: NDArray[np.float32], window: Window, pad: int, variance_px2: float) -> Array:
     if pad:
         sigma = float(np.sqrt(variance_px2))
         cells = np.asarray(
             cv2.GaussianBlur(
                 cells, (0, 0), sigma * COLUMNS, sigmaY=sigma * ROWS, borderType=cv2.BORDER_REPLICATE
-            )
+            ),
+            np.float32,
         )
     inner = cells[
         pad * ROWS : len(cells) - pad * ROWS, pad * COLUMNS : cells.shape[1] - pad * COLUMNS
     ]
-    pixels = inner.reshape(window.height, ROWS, window.width, COLUMNS).mean(axis=(1, 3))
+    # Whole cells to a pixel: their mean.
+    pixels = cv2.resize(inner, (window.width, window.height), interpolation=cv2.INTER_AREA)
     return np.asarray(pixels.reshape(-1), np.float64)
 
 
@@ -148,41 +163,63 @@ def _mean_brightness(low: Array, high: Array, even: int, odd: int) -> Array:
     """Give the means (n, 1 + even + odd) of constant and modes from s = low to high (n,)."""
     wide = np.maximum(high - low, 1e-3)
     middle = (low + high) / 2
-    sums = brightness_integral(np.concatenate([middle - wide / 2, middle + wide / 2]))
-    reach = np.clip(middle + wide / 2, -1, 1) - np.clip(middle - wide / 2, -1, 1)
-    means = (sums[len(low) :] - sums[: len(low)]) / np.maximum(reach, 1e-6)[:, None]
-    first = 1 + EVEN_MODES
-    return np.concatenate([means[:, : 1 + even], means[:, first : first + odd]], axis=1)
+    begin, end = middle - wide / 2, middle + wide / 2
+    means = brightness_integral(end, even, odd)
+    means -= brightness_integral(begin, even, odd)
+    reach = np.minimum(end, 1) - np.maximum(begin, -1)
+    means /= np.maximum(reach, 1e-6)[:, None]
+    return means
 
 
 def _seen(u: Array, low: Array, high: Array, reach: float) -> tuple[Array, Array]:
     """Give the part of [low, high] within `reach` of u as s from -1 to 1: both ends (n,)."""
     middle, half = (low + high) / 2, np.maximum((high - low) / 2, 1e-3)
-    begin = np.clip((u - reach - middle) / half, -1, 1)
-    end = np.clip((u + reach - middle) / half, -1, 1)
     # Beyond an edge: what is right at it.
-    return np.minimum(begin, 0.999), np.maximum(end, -0.999)
+    begin = np.minimum(np.maximum((u - reach - middle) / half, -1), 0.999)
+    end = np.maximum(np.minimum((u + reach - middle) / half, 1), -0.999)
+    return begin, end
 
 
-def shading(placed: Placed, window: Window, variance_px2: float) -> tuple[Array, Array, Array]:
-    """Give what the brightness of background, shaft and tip is made of, each (H W, n)."""
-    grid_v, grid_u = np.divmod(np.arange(window.height * window.width), window.width)
-    v, u = (grid_v + window.v).astype(np.float64), (grid_u + window.u).astype(np.float64)
-    ground = np.column_stack(
-        [np.ones(len(u)), grid_u / window.width - 0.5, grid_v / window.height - 0.5]
-    )
-    z, x = placed.z_at(u, v), placed.x_at(u, v)
-    depth = max(placed.depth_px, 1.0)
+def ground_columns(window: Window) -> Array:
+    """Give what the background's brightness is made of (H W, 3): constant, change by u and v."""
+    v, u = np.divmod(np.arange(window.height * window.width), window.width)
+    return np.column_stack([np.ones(len(u)), u / window.width - 0.5, v / window.height - 0.5])
+
+
+def shaft_columns(placed: Placed, u: Array, v: Array, variance_px2: float) -> Array:
+    """Give what the shaft's brightness is made of at pixels (n,): (n, `SHAFT_COLUMNS`)."""
     reach = 0.5 + float(np.sqrt(variance_px2))
+    side = placed.half_px + reach
+    x = np.linspace(-side, side, int(np.ceil(2 * side / PROFILE_STEP_PX)) + 1)
     half = np.full(len(x), placed.half_px)
-    on_shaft = _mean_brightness(*_seen(x, -half, half, reach), SHAFT_EVEN, SHAFT_ODD)
-    change = np.clip(z / depth, 0, 2)[:, None] - 0.5
-    rows = np.arange(window.v, window.v + window.height, dtype=np.float64)
-    low, high = (side[grid_v] for side in placed.tip_interval(rows)[:2])
+    profile = _mean_brightness(*_seen(x, -half, half, reach), SHAFT_EVEN, SHAFT_ODD)
+    place = (placed.x_at(u, v) + side) * ((len(x) - 1) / (2 * side))
+    place = np.minimum(np.maximum(place, 0), len(x) - 1)
+    k = np.minimum(place.astype(np.intp), len(x) - 2)
+    columns = np.empty((len(u), SHAFT_COLUMNS))
+    across = columns[:, :-1]
+    np.take(np.diff(profile, axis=0), k, axis=0, out=across)
+    across *= (place - k)[:, None]
+    across += profile[k]
+    columns[:, -1] = _change(placed, u, v)
+    return columns
+
+
+def tip_columns(placed: Placed, u: Array, v: Array, variance_px2: float) -> Array:
+    """Give what the tip's own brightness is made of at pixels (n,): (n, `TIP_COLUMNS`)."""
+    reach = 0.5 + float(np.sqrt(variance_px2))
+    first = v.min(initial=0.0)
+    rows = np.arange(first, v.max(initial=first) + 1)
+    row = (v - first).astype(np.intp)
+    low, high = (side[row] for side in placed.intervals(rows)[2:4])
     s = (u - (low + high) / 2) / np.maximum((high - low) / 2, 0.5)
-    on_tip = _mean_brightness(*_seen(u, low, high, reach), TIP_EVEN, TIP_ODD)
-    return (
-        ground,
-        np.concatenate([on_shaft, change], axis=1),
-        np.concatenate([on_tip, change, s[:, None].clip(-1, 1) * change], axis=1),
-    )
+    change = _change(placed, u, v)
+    across = _mean_brightness(*_seen(u, low, high, reach), TIP_EVEN, TIP_ODD)
+    slant = np.minimum(np.maximum(s, -1), 1) * change
+    return np.concatenate([across, change[:, None], slant[:, None]], axis=1)
+
+
+def _change(placed: Placed, u: Array, v: Array) -> Array:
+    """Give how far up the needle pixels lie, in depths of its tip, up to two."""
+    z = placed.z_at(u, v) / max(placed.depth_px, 1.0)
+    return np.asarray(np.minimum(np.maximum(z, 0), 2) - 0.5)

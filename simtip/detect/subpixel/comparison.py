@@ -1,0 +1,195 @@
+"""Compare an outline's picture with the pixels: how well it fits, and which way it fits better.
+
+Brightness is linear and eliminated. Pixels that the needle does not touch show the background only,
+and their share of the normal equations is what all would have, less what those near the needle do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.detect.subpixel.outline import Family
+from simtip.detect.subpixel.picture import (
+    GROUND_COLUMNS,
+    SHAFT_COLUMNS,
+    TIP_COLUMNS,
+    Cover,
+    shaft_columns,
+    tip_columns,
+)
+from simtip.detect.subpixel.scenery import POSE, Scenery
+from simtip.detect.subpixel.shaft import RIM_DEVIATION, RIM_LEVEL
+from simtip.geometry import Array
+
+BRIGHTNESS_DEVIATION = 0.3
+
+STEP_PX, SHAPE_STEP = 0.04, 0.02
+"""Of the differences: for the pose, and for the shape, half widths or radians."""
+
+SHAPE_PRECISION = 1e-2
+
+LEAST_COVER = 1e-3
+
+SHAFT_END = GROUND_COLUMNS + SHAFT_COLUMNS
+COLUMNS = SHAFT_END + TIP_COLUMNS
+"""Of a pixel's brightness: background, shaft, tip."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """An outline held against the pixels.
+
+    Attributes
+    ----------
+    near
+        (n,) flat indices of the pixels that the needle touches, or nearly.
+    columns
+        (n, `COLUMNS`) what their brightness is made of, over the noise.
+    normal
+        (`COLUMNS`, `COLUMNS`) of the brightness, prior included.
+    amplitude
+        (`COLUMNS`,) DN, at its best.
+    levels
+        (n, 3) DN of background, shaft and tip, were each alone.
+    residual
+        (H W,) gray values less the fit, DN.
+    cost
+        -2 log likelihood.
+    misfit
+        Mean squared residual over the noise.
+    cover
+        What the outline covers.
+    """
+
+    near: NDArray[np.intp]
+    columns: Array
+    normal: Array
+    amplitude: Array
+    levels: Array
+    residual: Array
+    cost: float
+    misfit: float
+    cover: Cover
+
+
+def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
+    """Hold an outline against the pixels, its brightness at its best."""
+    placed = scenery.place(family, values)
+    covered = scenery.cover(placed)
+    near = _near(covered, scenery)
+    u, v = scenery.points(near)
+    ground, value = (each[near] for each in scenery.weighted)
+    precision = scenery.precision[near]
+    whole, tip = covered.whole[near], covered.tip[near]
+    bare = np.zeros((len(near), COLUMNS - GROUND_COLUMNS))
+    for share, parts, make in (
+        (whole - tip, slice(SHAFT_COLUMNS), shaft_columns),
+        (tip, slice(SHAFT_COLUMNS, None), tip_columns),
+    ):
+        (there,) = np.nonzero(share > LEAST_COVER)
+        bare[there, parts] = make(placed, u[there], v[there], scenery.variance_px2)
+    columns = np.empty((len(near), COLUMNS))
+    np.multiply(ground, (1 - whole)[:, None], out=columns[:, :GROUND_COLUMNS])
+    on_shaft, on_tip = ((whole - tip) * precision)[:, None], (tip * precision)[:, None]
+    np.multiply(bare[:, :SHAFT_COLUMNS], on_shaft, out=columns[:, GROUND_COLUMNS:SHAFT_END])
+    np.multiply(bare[:, SHAFT_COLUMNS:], on_tip, out=columns[:, SHAFT_END:])
+    normal, right = columns.T @ columns, columns.T @ value
+    everywhere, everywhere_right = scenery.all_ground
+    normal[:GROUND_COLUMNS, :GROUND_COLUMNS] += everywhere - ground.T @ ground
+    right[:GROUND_COLUMNS] += everywhere_right - ground.T @ value
+    prior, wanted = _prior(scenery.level)
+    normal[np.arange(COLUMNS), np.arange(COLUMNS)] += prior
+    amplitude = np.linalg.solve(normal, right + prior * wanted)
+    residual = scenery.value - scenery.ground @ amplitude[:GROUND_COLUMNS]
+    residual[near] = (value - columns @ amplitude) / precision
+    over_noise = residual * scenery.precision
+    chi2 = float(over_noise @ over_noise)
+    off = float(prior @ (amplitude - wanted) ** 2)
+    levels = np.column_stack(
+        [
+            scenery.ground[near] @ amplitude[:GROUND_COLUMNS],
+            bare[:, :SHAFT_COLUMNS] @ amplitude[GROUND_COLUMNS:SHAFT_END],
+            bare[:, SHAFT_COLUMNS:] @ amplitude[SHAFT_END:],
+        ]
+    )
+    return Comparison(
+        near,
+        columns,
+        normal,
+        amplitude,
+        levels,
+        residual,
+        chi2 + off + _off(scenery, values),
+        chi2 / len(residual),
+        covered,
+    )
+
+
+def _near(covered: Cover, scenery: Scenery) -> NDArray[np.intp]:
+    """Find the pixels that an outline touches, or would if it moved a little."""
+    touched = (covered.whole > LEAST_COVER).astype(np.uint8)
+    shape = scenery.window.height, scenery.window.width
+    return np.flatnonzero(cv2.dilate(touched.reshape(shape), np.ones((3, 3), np.uint8)))
+
+
+def _prior(level: float) -> tuple[Array, Array]:
+    """Give precision and mean of the amplitudes: background, shaft, tip."""
+    usual = BRIGHTNESS_DEVIATION * level
+    deviation = np.full(COLUMNS, usual)
+    deviation[:GROUND_COLUMNS] = [1e3 * level, level, level]
+    deviation[GROUND_COLUMNS] = 2 * RIM_DEVIATION * level
+    deviation[SHAFT_END] = 3 * RIM_DEVIATION * level
+    mean = np.zeros(COLUMNS)
+    mean[GROUND_COLUMNS] = mean[SHAFT_END] = RIM_LEVEL * level
+    return 1 / deviation**2, mean
+
+
+def _off(scenery: Scenery, values: Array) -> float:
+    shift = values[1] / scenery.shift_deviation
+    half = (values[2] - scenery.half_px) / scenery.half_deviation
+    return float(shift**2 + half**2)
+
+
+def derivative(
+    scenery: Scenery, family: Family, values: Array, found: Comparison, high: Array
+) -> Array:
+    """Give the derivative of the picture near the needle at fixed brightness, by differences.
+
+    Over the noise, (n, parameters).
+    """
+    near = found.near
+    ground, shaft, tip = found.levels.T
+    by_whole = (shaft - ground) * scenery.precision[near]
+    by_tip = (tip - shaft) * scenery.precision[near]
+    whole, on_tip = found.cover.whole[near], found.cover.tip[near]
+    change = np.empty((len(near), len(values)))
+    for k in range(len(values)):
+        step = STEP_PX if k < POSE else SHAPE_STEP
+        moved = values.copy()
+        moved[k] += step if values[k] + step <= high[k] else -step
+        there = scenery.cover(scenery.place(family, moved))
+        amount = (there.whole[near] - whole) * by_whole + (there.tip[near] - on_tip) * by_tip
+        change[:, k] = amount / (moved[k] - values[k])
+    return change
+
+
+def shape_equations(
+    scenery: Scenery, values: Array, found: Comparison, change: Array
+) -> tuple[Array, Array]:
+    """Give normal matrix and right side of the values, the brightness eliminated.
+
+    The brightness is at its best, so its own gradient is nothing.
+    """
+    cross = found.columns.T @ change
+    H = change.T @ change - cross.T @ np.linalg.solve(found.normal, cross)
+    g = change.T @ (found.residual * scenery.precision)[found.near]
+    H[1, 1] += 1 / scenery.shift_deviation**2
+    g[1] -= values[1] / scenery.shift_deviation**2
+    H[2, 2] += 1 / scenery.half_deviation**2
+    g[2] -= (values[2] - scenery.half_px) / scenery.half_deviation**2
+    H[np.arange(POSE, len(values)), np.arange(POSE, len(values))] += SHAPE_PRECISION
+    return H, g

@@ -1,0 +1,156 @@
+"""What a tip is fitted to: the pixels around it, and what the shaft's fit says of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.detect.subpixel.outline import Family
+from simtip.detect.subpixel.picture import Cover, Placed, Window, cover, ground_columns
+from simtip.detect.subpixel.shaft import Shaft
+from simtip.geometry import Array
+
+SIDE_PX, BELOW_PX = 6, 8
+
+BLURRED_WIDTH = 0.3
+"""How far the shaft's half width may be off in a blurred picture, px."""
+
+POSE = 3
+"""Parameters before the shape: row v of z = 0 on the axis, shift across, half width."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """What a tip is fitted to.
+
+    Attributes
+    ----------
+    window
+        Which pixels.
+    value
+        (H W,) their gray values.
+    shaft
+        The shaft's fit.
+    shift_deviation, half_deviation
+        Of the shaft's axis at the tip, px, and of its half width.
+    variance_px2
+        Of the blur at the tip.
+    level
+        Of the background, DN.
+    tilt
+        Sine of the axis, towards the hub, along the line of sight.
+    slope_deviation
+        Of the axis' slope du/dv at the tip.
+    """
+
+    window: Window
+    value: Array
+    shaft: Shaft
+    shift_deviation: float
+    half_deviation: float
+    half_px: float
+    variance_px2: float
+    level: float
+    tilt: float
+    slope_deviation: float
+
+    @cached_property
+    def ground(self) -> Array:
+        """What the background's brightness is made of, (H W, `GROUND_COLUMNS`)."""
+        return ground_columns(self.window)
+
+    @cached_property
+    def precision(self) -> Array:
+        """Root of each pixel's weight (H W,), 1 / DN: one over the noise's deviation."""
+        constant, slope = self.shaft.noise
+        return np.asarray(1 / np.sqrt(constant + slope * np.maximum(self.value, 0)))
+
+    @cached_property
+    def weighted(self) -> tuple[Array, Array]:
+        """`ground` (H W, n) and `value` (H W,), weighted."""
+        return self.ground * self.precision[:, None], self.value * self.precision
+
+    @cached_property
+    def all_ground(self) -> tuple[Array, Array]:
+        """Normal equations of the background, were there no needle: (n, n) and (n,)."""
+        ground, value = self.weighted
+        return ground.T @ ground, ground.T @ value
+
+    def points(self, which: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Give u and v (n,) of pixels by their flat index."""
+        v, u = np.divmod(which, self.window.width)
+        return (u + self.window.u).astype(np.float64), (v + self.window.v).astype(np.float64)
+
+    def place(self, family: Family, values: Array) -> Placed:
+        """Put an outline into the image."""
+        v, shift, half = values[:POSE]
+        slope = float(self.shaft.slope(np.array(v)))
+        hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
+        across = np.array([-hub[1], hub[0]])
+        origin = np.array([float(self.shaft.axis_u(np.array(v))), v]) + shift * across
+        end = (v - self.window.v + 20.0) * 1.5
+        outline = family.polygon(half, values[POSE:], end, self.tilt)
+        corners = origin + outline[:, :1] * across + outline[:, 1:] * hub
+        facet = None
+        if family.facet is not None:
+            drawn = family.facet(half, values[POSE:], self.tilt)
+            facet = origin + drawn[:, :1] * across + drawn[:, 1:] * hub
+        return Placed(corners, facet, origin, hub, half, family.depth(half, values[POSE:]))
+
+    def apex(self, family: Family, values: Array) -> Array:
+        """Give u, v of the apex (2,)."""
+        placed = self.place(family, values)
+        across = np.array([-placed.hub[1], placed.hub[0]])
+        x, z = family.apex(values[2], values[POSE:], self.tilt)
+        return np.asarray(placed.origin + x * across + z * placed.hub)
+
+    def cover(self, placed: Placed) -> Cover:
+        """Work out what an outline covers."""
+        return cover(placed, self.window, self.variance_px2)
+
+
+def window_about(
+    shape: tuple[int, ...], shaft: Shaft, half: float, v_end: float, depth: float, spread: float
+) -> Window:
+    """Choose the pixels to compare: around the tip and some of the shaft."""
+    low_v = int(max(0, np.floor(v_end - depth - 6)))
+    high_v = int(min(shape[0] - 1, np.ceil(v_end + BELOW_PX + spread)))
+    ends = shaft.axis_u(np.array([low_v, high_v], np.float64))
+    side = half * float(np.hypot(1, shaft.slope(np.array(v_end)))) + SIDE_PX + spread
+    low_u = int(max(0, np.floor(ends.min() - side)))
+    high_u = int(min(shape[1] - 1, np.ceil(ends.max() + side)))
+    return Window(low_u, low_v, high_u - low_u + 1, high_v - low_v + 1)
+
+
+def scenery_of(
+    image: NDArray[np.float32], shaft: Shaft, v_end: float, depth: float, level: float, tilt: float
+) -> Scenery:
+    """Gather what a tip is fitted to."""
+    variance = float(shaft.variance_px2(np.array(v_end)))
+    half = float(shaft.half_px(np.array(v_end)))
+    window = window_about(image.shape, shaft, half, v_end, depth, 3 * np.sqrt(variance))
+    part = image[window.v : window.v + window.height, window.u : window.u + window.width]
+    t = float(shaft.t(np.array(v_end)))
+    powers = t ** np.arange(len(shaft.axis))
+    n = len(shaft.axis)
+    spread = float(np.sqrt(powers @ shaft.covariance[:n, :n] @ powers))
+    m = len(shaft.width)
+    wide = t ** np.arange(m)
+    half_deviation = float(np.sqrt(wide @ shaft.covariance[n : n + m, n : n + m] @ wide))
+    steeper = np.arange(n) * t ** np.maximum(np.arange(n) - 1, 0) / shaft.scale
+    slope_deviation = float(np.sqrt(steeper @ shaft.covariance[:n, :n] @ steeper))
+    return Scenery(
+        window,
+        part.reshape(-1).astype(np.float64),
+        shaft,
+        float(np.hypot(spread, 0.002 + 0.01 * np.sqrt(variance))),
+        max(half_deviation, 0.01) + BLURRED_WIDTH * variance / (variance + 0.1),
+        half,
+        variance,
+        level,
+        tilt,
+        slope_deviation,
+    )
