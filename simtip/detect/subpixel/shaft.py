@@ -32,6 +32,7 @@ BLOCK_ROWS, LEAST_BLOCKS = 48, 4
 slope."""
 
 BIN_PX = 1 / 8
+BINS_MERGED = 2
 INNER_PX, OUTER_PX = 4.5, 5.0
 """Pixels so far inside and outside an edge count, and three deviations of the blur more."""
 
@@ -180,14 +181,14 @@ def fit(
     tried = []
     for start in starts:
         shaft = replace(start, noise=noise)
-        tried.append(_settled(_sorted(image, rows, shaft), shaft, FIRST_STEPS))
+        tried.append(_first_settled(_sorted(image, rows, shaft), shaft))
     best = min([one for one in tried if likely(one)], key=lambda one: one.cost, default=None)
     if best is not None:
         ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
         if likely(ended):
             return ended
     held = [replace(start, noise=noise, width_held=True) for start in starts]
-    tried = [_settled(_sorted(image, rows, one), one, FIRST_STEPS) for one in held]
+    tried = [_first_settled(_sorted(image, rows, one), one) for one in held]
     best = min(tried, key=lambda one: one.cost)
     return _settled(_sorted(image, rows, best), best, LAST_STEPS)
 
@@ -221,6 +222,29 @@ def edge_half_px(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaf
     j = int(below[0])
     step = (share[j - 1] - 0.5) / (share[j - 1] - share[j])
     return float(x[dark + j - 1] + step * (x[dark + j] - x[dark + j - 1]))
+
+
+def _first_settled(bins: _Bins, start: Shaft) -> Shaft:
+    """Take the first steps, with blocks and bins merged: the least cost needs no more."""
+    return _settled(_merged(bins), start, FIRST_STEPS)
+
+
+def _merged(bins: _Bins) -> _Bins:
+    """Merge neighbouring bins, and blocks until `LEAST_BLOCKS` to twice as many are left."""
+    tall = max(1, len(bins.v) // LEAST_BLOCKS)
+    first = len(bins.v) % tall
+    odd = bins.count.shape[1] % BINS_MERGED
+    shape = (-1, tall, bins.count.shape[1] // BINS_MERGED, BINS_MERGED)
+
+    def summed(values: Array) -> Array:
+        kept = values[first:, : values.shape[1] - odd]
+        return np.asarray(kept.reshape(shape).sum(axis=(1, 3)))
+
+    count = summed(bins.count)
+    there = np.maximum(count, 1)
+    x, value = (summed(each * bins.count) / there for each in (bins.x, bins.value))
+    v, axis_u = (each[first:].reshape(-1, tall).mean(axis=1) for each in (bins.v, bins.axis_u))
+    return _Bins(x, value, count, v, axis_u)
 
 
 def _settled(bins: _Bins, start: Shaft, most: int) -> Shaft:
