@@ -21,7 +21,7 @@ from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
 from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, edge_half_px, fit
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
-from simtip.detect.subpixel.tip import TipFit, fit_tip
+from simtip.detect.subpixel.tip import AHEAD_PX, TipFit, fit_tip, like, usual_starts
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
@@ -347,12 +347,16 @@ def _best_tip(
     for name in names:
         if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
             continue
-        known = [] if before is None else [before.values]
+        family = FAMILIES[name]
+        starts = like(family, best or before)
+        if not starts or name.startswith("bevel"):
+            few = {"ahead": AHEAD_PX[1:2]} if starts else {}
+            starts += usual_starts(scenery, family, v_end, begin, **few)
         try:
-            found = fit_tip(scenery, FAMILIES[name], v_end, begin, known)
+            found = fit_tip(scenery, family, starts, best)
         except np.linalg.LinAlgError:
             continue
-        if best is None or found.better_than(best):
+        if found is not None and (best is None or found.better_than(best)):
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")

@@ -59,7 +59,10 @@ EDGE_BIN_PX, EDGE_DEPTH_PX = 0.25, 4.0
 FIRST_STEPS, LAST_STEPS = 8, 20
 
 SETTLED = 0.05
-"""Change of the cost, a log likelihood times -2, at which the fit ends."""
+"""Change of the cost, a log likelihood times -2, over the misfit at which the fit ends."""
+
+FIRST_MISFIT = 12.0
+"""A shaft that fits so well after the first start's steps is not looked for from others."""
 
 BEND_PX = (3.0, 0.3)
 """Usual deviation of the axis' quadratic and cubic coefficients."""
@@ -178,19 +181,32 @@ def fit(
     """
     rows = rows[len(rows) % _block_rows(rows) :]
     noise = _noise(image, rows, starts[0])
-    tried = []
-    for start in starts:
-        shaft = replace(start, noise=noise)
-        tried.append(_first_settled(_sorted(image, rows, shaft), shaft))
-    best = min([one for one in tried if likely(one)], key=lambda one: one.cost, default=None)
+    free = [replace(start, noise=noise) for start in starts]
+    best = _best_of(image, rows, free, likely)
     if best is not None:
         ended = _settled(_sorted(image, rows, best), best, LAST_STEPS)
         if likely(ended):
             return ended
-    held = [replace(start, noise=noise, width_held=True) for start in starts]
-    tried = [_first_settled(_sorted(image, rows, one), one) for one in held]
-    best = min(tried, key=lambda one: one.cost)
+    held = [replace(start, width_held=True) for start in free]
+    best = _best_of(image, rows, held, lambda _: True) or held[0]
     return _settled(_sorted(image, rows, best), best, LAST_STEPS)
+
+
+def _best_of(
+    image: NDArray[np.float32],
+    rows: NDArray[np.intp],
+    starts: list[Shaft],
+    likely: Callable[[Shaft], bool],
+) -> Shaft | None:
+    """Take the first steps from starts, until from one they lead to a likely shaft that fits."""
+    tried = []
+    for start in starts:
+        one = _first_settled(_sorted(image, rows, start), start)
+        if likely(one):
+            tried.append(one)
+            if one.misfit < FIRST_MISFIT:
+                break
+    return min(tried, key=lambda one: one.cost, default=None)
 
 
 def _block_rows(rows: NDArray[np.intp]) -> int:
@@ -252,14 +268,18 @@ def _settled(bins: _Bins, start: Shaft, most: int) -> Shaft:
     best, found = start, _equations(bins, start)
     damping = 1e-3
     for _ in range(most):
-        tried = _moved(best, found.step(damping, best.variance - LEAST_VARIANCE_PX2))
+        step = found.step(damping, best.variance - LEAST_VARIANCE_PX2)
+        enough = SETTLED * max(1.0, found.misfit)
+        if float(step @ found.g[found.first :]) < enough:
+            break
+        tried = _moved(best, step)
         there = _equations(bins, tried)
         if not there.cost < found.cost:
             damping *= 10
             if damping > 1e4:
                 break
             continue
-        settled = found.cost - there.cost < SETTLED
+        settled = found.cost - there.cost < enough
         best, found = tried, there
         damping = max(damping / 10, 1e-6)
         if settled:

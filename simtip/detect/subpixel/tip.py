@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simtip.detect.subpixel.comparison import Comparison, compare, derivative, shape_equations
 from simtip.detect.subpixel.outline import Family
@@ -24,10 +25,17 @@ COMPLEXITY = 3.0
 freer shape scatters more, so it has to describe the picture clearly better."""
 
 SETTLED = 0.05
-"""Change of the cost at which a fit ends."""
+"""Change of the cost, over the misfit, at which a fit ends."""
+
+PATIENCE = 3.0
+"""A fit goes on while so many times what its next step promises would make it the best."""
 
 AHEAD_PX = (0.0, 2.5, 5.0)
 MOST_STEPS = 25
+
+BEVELS = {"bevel", "bevel_away"}
+ROUNDED = 0.1
+"""Of a cone's end, half widths, to see whether a round one fits better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,19 +77,14 @@ class TipFit:
         What both leave unexplained counts as noise.
         """
         unexplained = max(1.0, min(self.misfit, other.misfit))
-        more = len(self.values) - len(other.values)
-        penalty = COMPLEXITY * more * float(np.log(len(self.residual)))
+        penalty = _penalty(len(self.values) - len(other.values), len(self.residual))
         return (self.cost - other.cost) / unexplained + penalty < 0
 
 
 def fit_tip(
-    scenery: Scenery,
-    family: Family,
-    v_end: float,
-    begin: Array,
-    known: list[Array] | None = None,
-) -> TipFit:
-    """Fit one family from a start.
+    scenery: Scenery, family: Family, starts: list[Array], rival: TipFit | None = None
+) -> TipFit | None:
+    """Fit one family.
 
     Parameters
     ----------
@@ -89,23 +92,33 @@ def fit_tip(
         The pixels and the shaft.
     family
         The outline.
-    v_end
-        The last row that shows the needle.
-    begin
-        What the edges suggest.
-    known
-        Further values to begin with, if their family has as many.
+    starts
+        Values to begin with: from those that fit best. One at least.
+    rival
+        A fit to the same pixels. The attempt ends as soon as steps promise too little to beat it.
+
+    Returns
+    -------
+    fit
+        None if it cannot beat the rival.
     """
     low = np.array([-np.inf, -np.inf, 0.5, *family.low])
     high = np.array([np.inf, np.inf, np.inf, *family.high])
-    values, found = _best_start(scenery, family, v_end, begin, known or [])
+    values, found = _best_start(scenery, family, starts)
     damping = 1e-2
-    change = None
+    fresh = False
     for _ in range(MOST_STEPS):
-        if change is None:
+        if not fresh:
             change = derivative(scenery, family, values, found, high)
             H, g = shape_equations(scenery, values, found, change)
-        step = np.linalg.solve(H + damping * np.diag(np.diag(H)), g)
+            fresh = True
+        # What lies at a bound and would go beyond stays there.
+        free = ~(((values <= low) & (g < 0)) | ((values >= high) & (g > 0)))
+        step = _step(H, g, free, damping)
+        promised = float(step @ g)
+        enough = SETTLED * max(1.0, found.misfit)
+        if promised < enough or (rival is not None and _hopeless(found, values, promised, rival)):
+            break
         step[:POSE] = np.clip(step[:POSE], -3, 3)
         tried = np.clip(values + step, low, high)
         there = compare(scenery, family, tried)
@@ -114,16 +127,27 @@ def fit_tip(
             if damping > 1e4:
                 break
             continue
-        settled = found.cost - there.cost < SETTLED
-        values, found, change = tried, there, None
+        settled = found.cost - there.cost < enough
+        values, found, fresh = tried, there, False
         damping = max(damping / 8, 1e-5)
         if settled:
             break
-    change = derivative(scenery, family, values, found, high)
-    H, _ = shape_equations(scenery, values, found, change)
-    free = ~((values <= low + 1e-9) | (values >= high - 1e-9))
+    if rival is not None and _hopeless(found, values, 0.0, rival):
+        return None
+    return _ended(scenery, family, values, found, H)
+
+
+def _ended(scenery: Scenery, family: Family, values: Array, found: Comparison, H: Array) -> TipFit:
+    """Give the fit at the end of its steps, H its normal matrix there or one small step before."""
+    inside = np.array(
+        [True] * POSE
+        + [
+            low + 1e-9 < value < high - 1e-9
+            for value, low, high in zip(values[POSE:], family.low, family.high, strict=True)
+        ]
+    )
     covariance = np.zeros_like(H)
-    covariance[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+    covariance[np.ix_(inside, inside)] = np.linalg.inv(H[np.ix_(inside, inside)])
     tip = scenery.apex(family, values)
     turn = np.zeros((2, len(values)))
     for k in range(len(values)):
@@ -142,6 +166,26 @@ def fit_tip(
     )
 
 
+def _step(H: Array, g: Array, free: NDArray[np.bool_], damping: float) -> Array:
+    step = np.zeros(len(g))
+    some = H[np.ix_(free, free)]
+    step[free] = np.linalg.solve(some + damping * np.diag(np.diag(some)), g[free])
+    return step
+
+
+def _hopeless(found: Comparison, values: Array, promised: float, rival: TipFit) -> bool:
+    """Say whether a fit that steps promise to improve so much will hardly beat its rival."""
+    unexplained = max(1.0, min(found.misfit, rival.misfit))
+    penalty = _penalty(len(values) - len(rival.values), len(found.residual))
+    ahead = (found.cost - PATIENCE * promised - rival.cost) / unexplained + penalty
+    return ahead > 0
+
+
+def _penalty(more: int, pixels: int) -> float:
+    """Give what so many more parameters cost, of -2 log likelihood."""
+    return COMPLEXITY * more * float(np.log(pixels))
+
+
 def _of_slope(scenery: Scenery) -> Array:
     """Give what the axis' uncertain slope, which the fit takes as known, adds to the covariance.
 
@@ -154,16 +198,51 @@ def _of_slope(scenery: Scenery) -> Array:
     return np.asarray((lever * scenery.slope_deviation) ** 2 * np.outer(across, across))
 
 
-def _best_start(
-    scenery: Scenery, family: Family, v_end: float, begin: Array, known: list[Array]
-) -> tuple[Array, Comparison]:
-    """Try starts: also further on, as the last row that shows the needle falls short of its end."""
-    starts = [
-        np.array([v_end + ahead, 0.0, scenery.half_px, *shape])
-        for ahead in AHEAD_PX
+def usual_starts(
+    scenery: Scenery,
+    family: Family,
+    v_end: float,
+    begin: Array,
+    ahead: tuple[float, ...] = AHEAD_PX,
+) -> list[Array]:
+    """Give values to begin with.
+
+    Parameters
+    ----------
+    scenery
+        The pixels and the shaft.
+    family
+        The outline.
+    v_end
+        The last row that shows the needle.
+    begin
+        What the edges suggest, see `simtip.detect.subpixel.start`.
+    ahead
+        How far beyond that row the end may be, px: it falls short of it.
+    """
+    return [
+        np.array([v_end + further, 0.0, scenery.half_px, *shape])
+        for further in ahead
         for shape in family.starts(begin)
     ]
-    starts += [values for values in known if len(values) == POSE + len(family.low)]
+
+
+def like(family: Family, other: TipFit | None) -> list[Array]:
+    """Give the values, none or one, at which a family looks as another's fit does."""
+    if other is None:
+        return []
+    pose, shape = other.values[:POSE], other.values[POSE:]
+    name = other.family.name
+    if len(shape) == len(family.low) and (name == family.name or BEVELS == {name, family.name}):
+        return [other.values]
+    if name == "cone" and family.name == "wedge":
+        return [np.array([*pose, 0.0, shape[0], shape[0]])]
+    if name == "cone" and family.name == "round":
+        return [np.array([*pose, shape[0], ROUNDED])]
+    return []
+
+
+def _best_start(scenery: Scenery, family: Family, starts: list[Array]) -> tuple[Array, Comparison]:
     compared = [compare(scenery, family, values) for values in starts]
     best = int(np.argmin([one.cost for one in compared]))
     return starts[best], compared[best]
