@@ -348,10 +348,12 @@ def _best_tip(
         if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
             continue
         family = FAMILIES[name]
-        starts = like(family, best or before)
+        close = best or before
+        starts = like(family, close)
         if not starts or name.startswith("bevel"):
-            few = {"ahead": AHEAD_PX[1:2]} if starts else {}
-            starts += usual_starts(scenery, family, v_end, begin, **few)
+            few = bool(starts) and close is not None and close.misfit < GOOD_MISFIT
+            ahead = AHEAD_PX[1:2] if few else AHEAD_PX
+            starts += usual_starts(scenery, family, v_end, begin, ahead)
         try:
             found = fit_tip(scenery, family, starts, best)
         except np.linalg.LinAlgError:

@@ -155,25 +155,41 @@ def _off(scenery: Scenery, values: Array) -> float:
 
 
 def derivative(
-    scenery: Scenery, family: Family, values: Array, found: Comparison, high: Array
+    scenery: Scenery,
+    family: Family,
+    values: Array,
+    found: Comparison,
+    high: Array,
+    *,
+    both_sides: bool = False,
 ) -> Array:
     """Give the derivative of the picture near the needle at fixed brightness, by differences.
 
-    Over the noise, (n, parameters).
+    Over the noise, (n, parameters). In a sharp picture it has kinks, where what is sharp crosses a
+    border of pixels; of differences to `both_sides` the one is taken that leads further down.
     """
-    near = found.near
-    ground, shaft, tip = found.levels.T
-    by_whole = (shaft - ground) * scenery.precision[near]
-    by_tip = (tip - shaft) * scenery.precision[near]
-    whole, on_tip = found.cover.whole[near], found.cover.tip[near]
-    change = np.empty((len(near), len(values)))
-    for k in range(len(values)):
-        step = STEP_PX if k < POSE else SHAPE_STEP
-        moved = values.copy()
-        moved[k] += step if values[k] + step <= high[k] else -step
+    precision = scenery.precision[found.near]
+    ground, shaft, tip = found.levels.T * precision
+    residual = found.residual[found.near] * precision
+
+    def picture(moved: Array) -> Array:
         there = scenery.cover(scenery.place(family, moved))
-        amount = (there.whole[near] - whole) * by_whole + (there.tip[near] - on_tip) * by_tip
-        change[:, k] = amount / (moved[k] - values[k])
+        whole, on_tip = there.whole[found.near], there.tip[found.near]
+        return np.asarray(whole * (shaft - ground) + on_tip * (tip - shaft))
+
+    whole, on_tip = found.cover.whole[found.near], found.cover.tip[found.near]
+    here = whole * (shaft - ground) + on_tip * (tip - shaft)
+    change = np.empty((len(found.near), len(values)))
+    for k in range(len(values)):
+        step = np.zeros(len(values))
+        step[k] = STEP_PX if k < POSE else SHAPE_STEP
+        if values[k] + step[k] > high[k]:
+            step = -step
+        change[:, k] = (picture(values + step) - here) / step[k]
+        if both_sides:
+            back = (here - picture(values - step)) / step[k]
+            if -float(back @ residual) * step[k] > float(change[:, k] @ residual) * step[k]:
+                change[:, k] = back
     return change
 
 

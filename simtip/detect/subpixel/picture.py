@@ -122,19 +122,22 @@ def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
     rows = (window.height + 2 * pad) * ROWS
     columns = (window.width + 2 * pad) * COLUMNS
     v = window.v - pad - 0.5 + (np.arange(rows) + 0.5) / ROWS
-    u = window.u - pad - 0.5 + np.arange(columns) / COLUMNS
+    u = window.u - pad - 0.5
     left, right, inner_left, inner_right, share = placed.intervals(v)
-    whole = _covered(u, left, right)
-    inner = whole if placed.facet is None else _covered(u, inner_left, inner_right)
+    # From the first column on, that single precision suffices.
+    cells = np.arange(columns, dtype=np.float32)
+    whole = _covered(cells, (left - u) * COLUMNS, (right - u) * COLUMNS)
+    inner = whole
+    if placed.facet is not None:
+        inner = _covered(cells, (inner_left - u) * COLUMNS, (inner_right - u) * COLUMNS)
     tip = inner * share.astype(np.float32)[:, None]
     return Cover(*(_to_pixels(part, window, pad, variance_px2) for part in (whole, tip)))
 
 
-def _covered(u: Array, left: Array, right: Array) -> NDArray[np.float32]:
-    """Give the part of each cell that begins at u (n,) from left to right (m,): (m, n)."""
-    begins = np.asarray(u * COLUMNS, np.float32)
-    found = (np.asarray(right * COLUMNS, np.float32))[:, None] - begins
-    at_left = (np.asarray(left * COLUMNS, np.float32))[:, None] - begins
+def _covered(cells: NDArray[np.float32], left: Array, right: Array) -> NDArray[np.float32]:
+    """Give the part of each cell that begins at cells (n,) from left to right (m,): (m, n)."""
+    found = right.astype(np.float32)[:, None] - cells
+    at_left = left.astype(np.float32)[:, None] - cells
     for part in (found, at_left):
         np.minimum(part, 1, out=part)
         np.maximum(part, 0, out=part)

@@ -106,10 +106,10 @@ def fit_tip(
     high = np.array([np.inf, np.inf, np.inf, *family.high])
     values, found = _best_start(scenery, family, starts)
     damping = 1e-2
-    fresh = False
+    fresh = careful = False
     for _ in range(MOST_STEPS):
         if not fresh:
-            change = derivative(scenery, family, values, found, high)
+            change = derivative(scenery, family, values, found, high, both_sides=careful)
             H, g = shape_equations(scenery, values, found, change)
             fresh = True
         # What lies at a bound and would go beyond stays there.
@@ -126,9 +126,11 @@ def fit_tip(
             damping *= 8
             if damping > 1e4:
                 break
+            # It may have been a kink in the picture.
+            fresh, careful = careful, True
             continue
         settled = found.cost - there.cost < enough
-        values, found, fresh = tried, there, False
+        values, found, fresh, careful = tried, there, False, False
         damping = max(damping / 8, 1e-5)
         if settled:
             break
