@@ -103,7 +103,7 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     right[:GROUND_COLUMNS] += everywhere_right - ground.T @ value
     prior, wanted = _prior(scenery.level)
     normal[np.arange(COLUMNS), np.arange(COLUMNS)] += prior
-    amplitude = np.linalg.solve(normal, right + prior * wanted)
+    amplitude: Array = np.linalg.solve(normal, right + prior * wanted).astype(np.float64)
     residual = scenery.value - scenery.ground @ amplitude[:GROUND_COLUMNS]
     residual[near] = (value - columns @ amplitude) / precision
     over_noise = residual * scenery.precision

@@ -235,7 +235,7 @@ def like(family: Family, other: TipFit | None) -> list[Array]:
         return []
     pose, shape = other.values[:POSE], other.values[POSE:]
     name = other.family.name
-    if len(shape) == len(family.low) and (name == family.name or BEVELS == {name, family.name}):
+    if len(shape) == len(family.low) and (name == family.name or {name, family.name} == BEVELS):
         return [other.values]
     if name == "cone" and family.name == "wedge":
         return [np.array([*pose, 0.0, shape[0], shape[0]])]
