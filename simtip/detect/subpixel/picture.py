@@ -18,6 +18,9 @@ from simtip.geometry import Array
 ROWS, COLUMNS = 4, 2
 """Cells to a pixel."""
 
+SHARP_PX2 = 0.005
+"""Variance of a blur that is none: it takes a part in five hundred across a cell's border."""
+
 SHAFT_EVEN, SHAFT_ODD = 7, 6
 TIP_EVEN, TIP_ODD = 6, 5
 """Brightness modes, besides the constant and its change along the axis."""
@@ -118,18 +121,20 @@ class Cover:
 
 def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
     """Work out what an outline covers of a window's pixels, blurred."""
-    pad = int(np.ceil(3 * np.sqrt(variance_px2)))
-    rows = (window.height + 2 * pad) * ROWS
-    columns = (window.width + 2 * pad) * COLUMNS
+    sharp = variance_px2 < SHARP_PX2
+    pad = 0 if sharp else int(np.ceil(3 * np.sqrt(variance_px2)))
+    # Along a row the cover is exact; finer columns are for the blur.
+    fine = 1 if sharp else COLUMNS
+    rows, columns = (window.height + 2 * pad) * ROWS, (window.width + 2 * pad) * fine
     v = window.v - pad - 0.5 + (np.arange(rows) + 0.5) / ROWS
     u = window.u - pad - 0.5
     left, right, inner_left, inner_right, share = placed.intervals(v)
     # From the first column on, that single precision suffices.
     cells = np.arange(columns, dtype=np.float32)
-    whole = _covered(cells, (left - u) * COLUMNS, (right - u) * COLUMNS)
+    whole = _covered(cells, (left - u) * fine, (right - u) * fine)
     inner = whole
     if placed.facet is not None:
-        inner = _covered(cells, (inner_left - u) * COLUMNS, (inner_right - u) * COLUMNS)
+        inner = _covered(cells, (inner_left - u) * fine, (inner_right - u) * fine)
     tip = inner * share.astype(np.float32)[:, None]
     return Cover(*(_to_pixels(part, window, pad, variance_px2) for part in (whole, tip)))
 
