@@ -1,9 +1,11 @@
-"""How long lin2020 takes on a pair, against the same steps done one by one on whole images.
+"""How long the detectors take on a pair, against the paper's steps one by one on whole images.
 
 One thread, on the rendered colour pair of the paper's scene. The measure, `ratio_to_plain_steps`,
 is against the tests' composition of the paper's steps (`tests/oracles/lin2020_oracle.py`), which
 gives the same answer to the bit. `ratio_to_bare_opencv` is against the least number of OpenCV calls
 on the whole image: no checks, no rounding rule for gray, no reasons, no needle axis.
+`subpixel_over_plain_steps` is the time of `subpixel` over that of the plain steps, for a cone, and
+for a bevel whose apex is seen from the side.
 
     python benchmarks/bench_detect.py [--quick]
 """
@@ -20,7 +22,7 @@ from environment import best_s, parser, report
 from plain_lin2020 import plain_steps
 from setting import paper_scene, with_samples
 
-from simtip import configure, simulate
+from simtip import SceneSpec, configure, simulate
 from simtip.detect.components import needle_axis
 from simtip.detect.gray import to_gray
 from simtip.detect.lin2020_parameters import DEFAULTS
@@ -31,6 +33,7 @@ from simtip.detect.lin2020_steps import (
     median_filter,
     remove_small_components,
 )
+from simtip.spec import NeedleSpec
 
 SAMPLES = 16
 """Enough for a realistic picture: the sensor's noise covers the renderer's."""
@@ -70,6 +73,12 @@ def bare_opencv(image: Any) -> None:
     cv2.findNonZero(edge).reshape(-1, 2)[:, 1].argmax()
 
 
+def bevel(scene: SceneSpec) -> SceneSpec:
+    """Give the scene with a bevelled needle."""
+    needle = scene.model_dump(mode="json")["needle"] | {"tip": {"kind": "bevel", "angle_deg": 20}}
+    return scene.model_copy(update={"needle": NeedleSpec.model_validate(needle)})
+
+
 def main() -> None:
     """Measure and print."""
     quick = parser(__doc__).parse_args().quick
@@ -88,6 +97,13 @@ def main() -> None:
     bare_s = best_s(lambda: (bare_opencv(left), bare_opencv(right)), repeats)
     steps_s = {name: best_s(step, repeats) for name, step in steps_of(left).items()}
     total_s = sum(steps_s.values())
+    subpixel = configure("subpixel")
+    bevelled = simulate(bevel(scene)).images
+    pairs = {"cone": (left, right), "bevel": [np.ascontiguousarray(image) for image in bevelled]}
+    subpixel_s = {
+        name: best_s(lambda pair=pair: [subpixel(image) for image in pair], repeats)
+        for name, pair in pairs.items()
+    }
     report(
         "detect",
         quick=quick,
@@ -97,6 +113,8 @@ def main() -> None:
         pair_s=pair_s,
         plain_steps_pair_s=plain_s,
         ratio_to_plain_steps=plain_s / pair_s,
+        subpixel_pair_s=subpixel_s,
+        subpixel_over_plain_steps={name: t / plain_s for name, t in subpixel_s.items()},
         with_layers_pair_s=best_s(
             lambda: (detect(left, layers=True), detect(right, layers=True)), repeats
         ),
