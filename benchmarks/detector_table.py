@@ -15,7 +15,7 @@ GROUPS = {
     "hard": "Hard images",
 }
 HEAD = (
-    *("condition", "detector", "found", "right", "bias along, px", "across", "RMSE along, px"),
+    *("condition", "method", "found", "right", "bias along, px", "across", "RMSE along, px"),
     *("across", "3-D RMSE, mm", "worst", "claimed / scatter", "efficiency", "ms"),
 )
 
@@ -24,12 +24,25 @@ def table(stored: Mapping[str, Any]) -> str:
     """Make the Markdown: a table a group, and where it was measured."""
     where = stored["environment"]
     machine = f"{where['cpu_usable']} processor cores, {where['platform']}"
-    parts = [f"Measured on {machine}, simtip {where['versions']['simtip']}."]
+    parts = [f"Measured on {machine}, simtip {where['versions']['simtip']}.{_bounds(stored)}"]
     for group, title in GROUPS.items():
         rows = [one for one in stored["conditions"] if one["group"] == group]
         if rows:
             parts.append(f"### {title}\n\n{_table(rows)}")
     return "\n\n".join(parts)
+
+
+def _bounds(stored: Mapping[str, Any]) -> str:
+    """Say what efficiency is over, if anything."""
+    poses, samples = stored.get("bound_poses", 0), stored.get("bound_samples")
+    if not poses:
+        return ""
+    which = "the first pose" if poses == 1 else f"the first {poses} poses"
+    return (
+        f" Efficiency: over the pairs at {which} of a condition (at all, if it has no more), each "
+        f"pose with its own bound of {samples} samples: root mean square of the bounds over that "
+        "of the errors."
+    )
 
 
 def _table(conditions: list[Mapping[str, Any]]) -> str:
@@ -46,10 +59,16 @@ def _row(cells: list[str] | tuple[str, ...]) -> str:
 
 
 def _cells(one: Mapping[str, Any]) -> list[str]:
+    if "refused" in one:
+        return ["not for this needle", *[""] * (len(HEAD) - 3)]
     found = _number(one["found"], "{:.0%}")
     if one["false"]:
         found += f", {one['false']} of {one['empty']} false"
-    bias, rmse, claims = one["bias_px"], one["rmse_px"], one["claimed_to_scatter"]
+    bias, rmse, claims = (
+        one["bias_px"],
+        one["rmse_px"],
+        one["claimed_to_scatter"] or one.get("claimed_to_scatter_mm"),
+    )
     return [
         found,
         _number(one["right"], "{:.0%}"),

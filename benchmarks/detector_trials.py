@@ -1,31 +1,22 @@
-"""Methods tried on a condition: every observation beside its truth."""
+"""Methods tried on a condition: every answer beside its truth."""
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Literal
 
 import numpy as np
-from detector_conditions import Condition
-from light_cache import rendered
-from numpy.typing import NDArray
+from detector_methods import Answer, Claim, Method
+from detector_shots import Shots
 
-from simtip import SceneSpec, configure
-from simtip.camera import StereoRig
-from simtip.detect import TipObservation
-from simtip.measure import Measurement, measure_pair
-from simtip.render import choose
+from simtip import SceneSpec
+from simtip.geometry import Array
 from simtip.score import pixel_error, point_error
-from simtip.seeding import seed32
-from simtip.simulation import expose_pair
-from simtip.truth import SceneTruth, ViewTruth
+from simtip.truth import SceneTruth, ViewTruth, scene_truth
 
-Images: TypeAlias = tuple[NDArray[Any], NDArray[Any]]
-Method: TypeAlias = Callable[[Images, StereoRig, SceneSpec], Measurement]
-"""Anything that measures a pair: a detector with what follows it, or a method of both images."""
+Side = Literal["left", "right"]
+SIDES: tuple[Side, Side] = ("left", "right")
 
 
 @dataclass(frozen=True)
@@ -34,8 +25,8 @@ class Look:
 
     Attributes
     ----------
-    pose
-        Which of the condition's scenes it was, and which side: fresh noise alone tells equal ones
+    pose, side
+        Which of the condition's scenes it was, and which view: fresh noise alone tells equal ones
         apart.
     in_view
         Whether the true tip lies in the image.
@@ -49,7 +40,8 @@ class Look:
         Claimed variance along and across; None if none is claimed.
     """
 
-    pose: str
+    pose: int
+    side: Side
     in_view: bool
     status: str
     along_px: float | None
@@ -59,77 +51,95 @@ class Look:
 
 
 @dataclass(frozen=True)
+class Place:
+    """What a method said of the tip in space.
+
+    Attributes
+    ----------
+    error_mm
+        Along the needle's axis, and along two directions square to it.
+    claimed_mm2
+        Claimed variance along the axis, and the sum of both square to it; None if none is claimed.
+    """
+
+    error_mm: tuple[float, float, float]
+    claimed_mm2: tuple[float, float] | None
+
+    @property
+    def norm_mm(self) -> float:
+        """Length of the error, mm."""
+        return float(np.linalg.norm(self.error_mm))
+
+
+@dataclass(frozen=True)
 class Try:
-    """One pair: both looks, the error's norm in space (None without a tip) and the time taken."""
+    """One pair: both looks, the place in space (None without one) and the time taken.
+
+    `of_both`: the looks are that place projected, and say nothing of their own.
+    """
 
     looks: tuple[Look, Look]
-    error_mm: float | None
+    place: Place | None
     time_s: float
+    of_both: bool = False
 
 
-def detector_method(reference: str) -> Method:
-    """Make a method of a detector, with its default parameters, matching and triangulation."""
-    detect = configure(reference)
+def tries(shots: Shots, method: Method) -> Iterator[Try]:
+    """Let a method measure every pair of a condition.
 
-    def measure(images: Images, rig: StereoRig, scene: SceneSpec) -> Measurement:
-        return measure_pair(
-            *images,
-            rig,
-            detect,
-            max_distance_px=scene.match.max_distance_px,
-            method=scene.triangulate.method,
-        )
-
-    return measure
-
-
-def tries(
-    condition: Condition, methods: Mapping[str, Method], cache: Path | None = None
-) -> Iterator[tuple[str, Try]]:
-    """Render each scene once, expose it anew as often as asked, and let every method measure it.
-
-    All methods see the same images; the noise depends on the condition's name alone. `cache` is a
-    folder in which rendered light is kept.
+    Raises
+    ------
+    NotForThisError
+        It is not for such a needle.
     """
-    backend = choose()
-    for number, scene in enumerate(condition.scenes()):
-        views = rendered(scene, backend, cache)
-        rig = scene.rig.rig()
-        for exposure in range(condition.exposures):
-            seed = seed32(zlib.crc32(condition.name.encode()), "exposure", number, exposure)
-            shot = expose_pair(scene, views, seed=seed, backend=backend, light_seed=scene.seed)
-            images = shot.images
-            if condition.stored is not None:
-                images = (condition.stored(images[0]), condition.stored(images[1]))
-            for name, method in methods.items():
-                yield name, _judged(number, scene, shot.truth, method(images, rig, scene))
+    for pose, scene in enumerate(shots.scenes):
+        measure, truth = method(scene), scene_truth(scene)
+        for exposure in range(shots.condition.exposures):
+            yield _judged(pose, scene, truth, measure(shots.images(pose, exposure)))
 
 
-def _judged(number: int, scene: SceneSpec, truth: SceneTruth, seen: Measurement) -> Try:
-    rig = scene.rig.rig()
-    depth_mm = scene.needle.tip_mm[2]
+def _judged(pose: int, scene: SceneSpec, truth: SceneTruth, answer: Answer) -> Try:
     looks = []
-    for side, observation, camera in (
-        ("left", seen.left, rig.left),
-        ("right", seen.right, rig.right),
+    for side, claim, camera in zip(
+        SIDES, answer.views, (truth.rig.left, truth.rig.right), strict=True
     ):
-        view = getattr(truth, side)
-        width_px = camera.K[0, 0] * scene.needle.diameter_mm / depth_mm
+        view: ViewTruth = getattr(truth, side)
+        width_px = camera.K[0, 0] * scene.needle.diameter_mm / scene.needle.tip_mm[2]
         in_view = bool(camera.contains(view.tip_px))
-        looks.append(_look(f"{number} {side}", observation, view, width_px, in_view=in_view))
-    error = point_error(seen.tip_mm, truth.tip_mm)
-    return Try((looks[0], looks[1]), error and error.norm_mm, sum(seen.timings_s.values()))
+        looks.append(_look(pose, side, claim, view, float(width_px), in_view=in_view))
+    place = _place(answer, truth)
+    return Try((looks[0], looks[1]), place, answer.time_s, answer.of_both)
 
 
 def _look(
-    pose: str, seen: TipObservation, view: ViewTruth, width_px: float, *, in_view: bool
+    pose: int, side: Side, claim: Claim, view: ViewTruth, width_px: float, *, in_view: bool
 ) -> Look:
-    error = pixel_error(seen.tip_px, view.tip_px, view.axis_px)
+    error = pixel_error(claim.tip_px, view.tip_px, view.axis_px)
     claimed = None
-    if seen.covariance_px is not None:
+    if claim.covariance_px is not None:
         along = view.axis_px
         frame = np.array([along, [-along[1], along[0]]])
-        variances = np.diag(frame @ seen.covariance_px @ frame.T)
+        variances = np.diag(frame @ claim.covariance_px @ frame.T)
         claimed = (float(variances[0]), float(variances[1]))
     along_px, across_px = (None, None) if error is None else (error.along_px, error.across_px)
-    return Look(pose, in_view, str(seen.status), along_px, across_px, float(width_px), claimed)
+    return Look(pose, side, in_view, claim.status, along_px, across_px, width_px, claimed)
+
+
+def _place(answer: Answer, truth: SceneTruth) -> Place | None:
+    error = point_error(answer.tip_mm, truth.tip_mm)
+    if error is None:
+        return None
+    frame = _frame(truth.axis)
+    along, one, other = frame @ (error.x_mm, error.y_mm, error.z_mm)
+    claimed = None
+    if answer.covariance_mm2 is not None:
+        variances = np.diag(frame @ answer.covariance_mm2 @ frame.T)
+        claimed = (float(variances[0]), float(variances[1:].sum()))
+    return Place((float(along), float(one), float(other)), claimed)
+
+
+def _frame(axis: Array) -> Array:
+    """Give rows: the axis, and two directions square to it and to each other."""
+    aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    aside /= np.linalg.norm(aside)
+    return np.array([axis, aside, np.cross(axis, aside)])

@@ -58,7 +58,8 @@ def show_result(result: dict[str, Any]) -> None:
     console.print(_space_table(result))
     console.print(_pixel_table(result))
     seconds = ", ".join(f"{name} {value:.2f} s" for name, value in result["timings_s"].items())
-    console.print(f"{_details(result)}\n{seconds}", markup=False, highlight=False)
+    lines = [_details(result), *_efficiency(result.get("efficiency")), seconds]
+    console.print("\n".join(lines), markup=False, highlight=False)
 
 
 def _space_table(result: dict[str, Any]) -> Table:
@@ -110,6 +111,21 @@ def _details(result: dict[str, Any]) -> str:
         f"seed {result['seed']}" if "seed" in result else "",
     ]
     return ", ".join(part for part in parts if part)
+
+
+def _efficiency(told: dict[str, float | None] | None) -> list[str]:
+    """Give the line about efficiency, if a bound is known."""
+    if told is None:
+        return []
+    bound_mm = told["bound_mm"]
+    if bound_mm is None:
+        return ["bound: the images do not determine the tip"]
+    ratios = [
+        f"{name} {value:.3g}"
+        for name, value in told.items()
+        if name != "bound_mm" and value is not None
+    ]
+    return [f"bound {bound_mm:.3g} mm, efficiency: {', '.join(ratios) or 'nothing was measured'}"]
 
 
 def _number(vector: list[float] | None, k: int) -> str:

@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from simtip.bound import KnownBound, efficiency
 from simtip.detect import ConfiguredDetector, configure, names_code, parameters_of
 from simtip.detect.excerpt import excerpt
 from simtip.errors import InputError
+from simtip.geometry import Array
 from simtip.measure import Measurement, measure_pair
 from simtip.measuring_rig import measuring_rig
 from simtip.refine import Refiner, Solid, silhouette
 from simtip.render import Backend, Progress
-from simtip.score import PixelError, TipError, score_tip
+from simtip.score import PixelError, TipError, point_error, score_tip
 from simtip.simulation import Simulation, simulate
 from simtip.spec import SceneSpec
 from simtip.spec.scene import DetectSpec
@@ -21,16 +23,49 @@ from simtip.spec.scene import DetectSpec
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A simulated pair, what was measured on it, and how wrong that is."""
+    """A simulated pair, what was measured on it, and how wrong that is.
+
+    Attributes
+    ----------
+    simulation, measurement
+        The pair, and what was measured on it.
+    error
+        Of `Measurement.tip_mm`, and of the tip in both images.
+    bound
+        The least error that any method can have on this scene, if it is known.
+    """
 
     simulation: Simulation
     measurement: Measurement
     error: TipError
+    bound: KnownBound | None = None
 
     @property
     def ok(self) -> bool:
         """Whether a tip was measured."""
         return self.measurement.status == "ok"
+
+    @property
+    def errors_mm(self) -> dict[str, float | None]:
+        """Norm of the error in space of every result, mm; None for what there is not."""
+        estimate, refinement = self.measurement.estimate, self.measurement.refinement
+        true_mm = self.simulation.truth.tip_mm
+        return {
+            "triangulated": _error_mm(None if estimate is None else estimate.point_mm, true_mm),
+            "refined": _error_mm(None if refinement is None else refinement.tip_mm, true_mm),
+        }
+
+    def efficiency(self) -> dict[str, float | None] | None:
+        """Give the bound, mm, and bound / error of every result; None without a bound.
+
+        With one trial the error stands for the RMSE: by luck it may be below the bound. Over many,
+        see `simtip.bound.pooled_efficiency` of `errors_mm`.
+        """
+        if self.bound is None:
+            return None
+        bound_mm = self.bound.norm_mm
+        ratios = {name: efficiency(bound_mm, error) for name, error in self.errors_mm.items()}
+        return {"bound_mm": bound_mm, **ratios}
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain lists and numbers: the keys of ``run --json``."""
@@ -55,8 +90,14 @@ class Trial:
                 "right": truth.right.silhouette_tip_px.tolist(),
             },
             "error_px": {"left": _pixel(self.error.left), "right": _pixel(self.error.right)},
+            "efficiency": self.efficiency(),
             "timings_s": {**simulation.timings_s, **measured["timings_s"]},
         }
+
+
+def _error_mm(place_mm: Array | None, true_mm: Array) -> float | None:
+    error = point_error(place_mm, true_mm)
+    return None if error is None else error.norm_mm
 
 
 def _pixel(error: PixelError | None) -> dict[str, float | None] | None:
@@ -155,6 +196,7 @@ def run_trial(
     backend: Backend | None = None,
     progress: Progress | None = None,
     detector: ConfiguredDetector | str | None = None,
+    bound: KnownBound | None = None,
 ) -> Trial:
     """Simulate a scene, measure the tip on its images, score it against the truth.
 
@@ -164,7 +206,12 @@ def run_trial(
     `detector_of`. A tip that is not found is no error but a result with its reason. The images are
     measured with the rig that `rig.measured` names, if it names one; the error is still that
     against the truth.
+
+    With `bound` the trial tells its efficiency. A bound of another scene or seed than this is
+    refused before anything is rendered (`KnownBound.require_scene`).
     """
+    if bound is not None:
+        bound.require_scene(spec, seed)
     if detector is None or isinstance(detector, str):
         spec = with_detector(spec, detector)
         detector = detector_of(spec, allowed=detector)
@@ -187,4 +234,4 @@ def run_trial(
         tips_true_px=(truth.left.tip_px, truth.right.tip_px),
         axes_true_px=(truth.left.axis_px, truth.right.axis_px),
     )
-    return Trial(simulation, measurement, error)
+    return Trial(simulation, measurement, error, bound)

@@ -68,6 +68,8 @@ class TipBound:
     ----------
     scene, seed, backend
         What was looked at, and how.
+    inputs_sha256
+        Digests of all parts of the scene that the bound depends on: `simtip.bound.bound_digests`.
     step_px, step_mm, samples, replicas
         Step of the derivatives in the left image and at the apex; samples of a pixel at the
         needle's edge, all replicas together; in how many.
@@ -85,6 +87,7 @@ class TipBound:
     scene: str
     seed: int
     backend: str
+    inputs_sha256: dict[str, str]
     step_px: float
     step_mm: float
     samples: int
@@ -138,6 +141,7 @@ class TipBound:
                 "scene": self.scene,
                 "seed": self.seed,
                 "backend": self.backend,
+                "inputs_sha256": self.inputs_sha256,
                 "bound_mm": self.place_mm(),
                 "bound_known_mm": self.place_mm(()),
                 "bound_axis_mm": self.axis_mm(),
@@ -154,24 +158,6 @@ class TipBound:
                 "timings_s": self.timings_s,
             }
         )
-
-
-def efficiency(bound: float | None, rmse: float | None) -> float | None:
-    """Give bound / RMSE: 1 is as good as unbiased measurement can be; bias counts against it.
-
-    Parameters
-    ----------
-    bound, rmse
-        In the same unit; None where there is none.
-
-    Returns
-    -------
-    efficiency
-        None where one is unknown or not finite, or the RMSE is 0.
-    """
-    if bound is None or rmse is None or not (np.isfinite(bound) and np.isfinite(rmse)):
-        return None
-    return float(bound / rmse) if rmse > 0 else None
 
 
 def _along_across(found: Array) -> dict[str, float]:

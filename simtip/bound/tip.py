@@ -13,6 +13,7 @@ from simtip.bound.derivatives import APPEARANCE, Derivatives, Watched
 from simtip.bound.effort import TipZone, effort_for
 from simtip.bound.formation import Picture
 from simtip.bound.information import Information
+from simtip.bound.inputs import bound_digests
 from simtip.bound.maps import information_map
 from simtip.bound.pose import PLACE, STEP_PX, VIEW_POSE, ViewMoves
 from simtip.bound.result import TipBound, ViewBound
@@ -93,6 +94,7 @@ def tip_bound(
         scene=spec.name,
         seed=seed,
         backend=backend.variant,
+        inputs_sha256=bound_digests(spec, seed),
         step_px=step_px,
         step_mm=moves["left"].step_mm(step_px),
         samples=samples,

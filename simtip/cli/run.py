@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -29,9 +30,16 @@ def run(
         typer.Option("--detector", metavar="REF", help="Instead of the scene's own detector."),
     ] = None,
     settings: SettingsOption = None,
+    bound: Annotated[
+        Path | None,
+        typer.Option(
+            "--bound", metavar="FILE", help="JSON of `simtip bound` of this scene, for efficiency."
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene, measure the needle tip, score it against the truth."""
+    from simtip.bound_file import read_bound
     from simtip.console import progress_bar, show_result
     from simtip.output_folder import OutputFolder, result_folder
     from simtip.render import choose
@@ -41,6 +49,7 @@ def run(
     source = read_scene(scene)
     if out is not None:
         OutputFolder(out).check()
+    known = None if bound is None else read_bound(bound)
     values = parse_settings(settings)
     spec = with_detector(source.spec, detector, values)
     given = {*values, *(() if detector is None else ("name",))}
@@ -49,7 +58,12 @@ def run(
     chosen = choose(backend)
     with located(source), progress_bar("rendering") as progress:
         trial = run_trial(
-            spec, seed=seed, backend=chosen, progress=progress, detector=chosen_detector
+            spec,
+            seed=seed,
+            backend=chosen,
+            progress=progress,
+            detector=chosen_detector,
+            bound=known,
         )
     result = trial.to_dict()
     if out is not None:

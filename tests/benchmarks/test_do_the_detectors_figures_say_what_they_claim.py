@@ -23,12 +23,28 @@ def bench(monkeypatch):
     return detectors
 
 
-def pair(trials, along, across, *, pose="0", claimed=None, error_mm=0.1, in_view=(True, True)):
+def pair(
+    trials,
+    along,
+    across,
+    *,
+    pose=0,
+    claimed=None,
+    error_mm=(0.1, 0.0, 0.0),
+    claimed_mm2=None,
+    in_view=(True, True),
+    of_both=False,
+):
     looks = tuple(
-        trials.Look(f"{pose} {side}", seen, "ok", along, across, 18.0, claimed)
+        trials.Look(pose, side, seen, "ok", along, across, 18.0, claimed)
         for side, seen in zip(("left", "right"), in_view, strict=True)
     )
-    return trials.Try(looks, error_mm, 0.01)
+    return trials.Try(looks, trials.Place(error_mm, claimed_mm2), 0.01, of_both)
+
+
+def bound(norm_mm, along_px=0.1, across_px=0.05):
+    view = {"along": along_px, "across": across_px}
+    return {"bound_px": {"left": view, "right": view}, "bound_mm": {"norm": norm_mm}}
 
 
 @pytest.fixture
@@ -40,7 +56,9 @@ def trials(monkeypatch):
 
 
 def test_bias_and_rmse_are_of_right_tips_alone(bench, trials):
-    tried = [pair(trials, a, 0.5) for a in (8.0, 10.0)] + [pair(trials, -90.0, 20.0, error_mm=9.0)]
+    tried = [pair(trials, a, 0.5) for a in (8.0, 10.0)] + [
+        pair(trials, -90.0, 20.0, error_mm=(9.0, 0, 0))
+    ]
     found = bench.figures(tried)
     assert (found["found"], found["right"]) == (1, pytest.approx(2 / 3))
     assert found["bias_px"] == {"along": 9, "across": 0.5}
@@ -50,11 +68,18 @@ def test_bias_and_rmse_are_of_right_tips_alone(bench, trials):
 
 
 def test_no_tip_lowers_the_rate_and_gives_no_number(bench, trials):
-    none = trials.Look("0 left", True, "no_edge", None, None, 18.0, None)
+    none = trials.Look(0, "left", True, "no_edge", None, None, 18.0, None)
     found = bench.figures([trials.Try((none, none), None, 0.01)])
     assert (found["found"], found["right"]) == (0, 0)
     assert found["statuses"] == {"no_edge": 2}
-    for name in ("bias_px", "rmse_px", "rmse_mm", "scatter_px", "claimed_to_scatter"):
+    for name in (
+        "bias_px",
+        "rmse_px",
+        "rmse_mm",
+        "scatter_px",
+        "claimed_to_scatter",
+        "efficiency_mm",
+    ):
         assert found[name] is None
 
 
@@ -67,7 +92,7 @@ def test_a_tip_in_an_image_without_one_is_false(bench, trials):
 def test_claims_are_judged_by_fresh_noise_and_not_by_bias(bench, trials):
     rng = np.random.default_rng(1)
     tried = [
-        pair(trials, 5 * pose + rng.normal(0, 0.2), rng.normal(0, 0.1), pose=str(pose),
+        pair(trials, 5 * pose + rng.normal(0, 0.2), rng.normal(0, 0.1), pose=pose,
              claimed=(0.04, 0.04))
         for pose in range(4)
         for _ in range(400)
@@ -79,11 +104,58 @@ def test_claims_are_judged_by_fresh_noise_and_not_by_bias(bench, trials):
 
 
 def test_efficiency_is_bound_over_rmse(bench, trials):
-    view = {"along": 0.1, "across": 0.05}
-    bound = {"bound_px": {"left": view, "right": view}, "bound_mm": {"norm": 0.02}}
-    found = bench.figures([pair(trials, 0.2, 0.2)], bound)
+    found = bench.figures([pair(trials, 0.2, 0.2)], {0: bound(0.02)})
     assert found["efficiency_px"] == {"along": pytest.approx(0.5), "across": pytest.approx(0.25)}
     assert found["efficiency_mm"] == pytest.approx(0.2)
+    assert found["efficiency_poses"] == 1
+
+
+def test_efficiency_is_over_the_poses_with_a_bound_alone(bench, trials):
+    tried = [
+        pair(trials, 0.2, 0.2, pose=pose, error_mm=(0, error, 0))
+        for pose, error in ((0, 0.3), (0, 0.3), (1, -0.4), (2, 9.0))
+    ]
+    found = bench.figures(tried, {0: bound(0.01), 1: bound(0.07), 3: bound(5.0)})
+    squares = (0.01**2 + 0.01**2 + 0.07**2) / (0.3**2 + 0.3**2 + 0.4**2)
+    assert found["efficiency_mm"] == pytest.approx(np.sqrt(squares))
+    assert found["efficiency_poses"] == 2
+    assert bench.figures(tried, {7: bound(0.01)})["efficiency_mm"] is None
+    assert bench.figures(tried)["efficiency_poses"] == 0
+
+
+def test_a_method_of_both_images_says_nothing_of_one(bench, trials):
+    rng = np.random.default_rng(1)
+    tried = [
+        pair(trials, 0.1, 0.1, pose=pose, of_both=True, claimed_mm2=(0.04**2, 2 * 0.03**2),
+             error_mm=(pose + rng.normal(0, 0.02), *rng.normal(0, 0.03, 2)))
+        for pose in (0, 1)
+        for _ in range(800)
+    ]  # fmt: skip
+    found = bench.figures(tried)
+    assert (found["found"], found["right"]) == (1, 1)
+    for name in ("bias_px", "rmse_px", "scatter_px", "claimed_to_scatter", "efficiency_px"):
+        assert found[name] is None
+    # Claims are judged about each pose's mean, along the needle and square to it.
+    assert found["claimed_to_scatter_mm"]["along"] == pytest.approx(2, rel=0.06)
+    assert found["claimed_to_scatter_mm"]["across"] == pytest.approx(1, rel=0.06)
+    assert found["rmse_mm"] > 0.5
+    assert "| 2." in bench.table(shown({"silhouette": found}))
+
+
+def shown(methods, **head):
+    versions = {"versions": {"simtip": "0"}, "cpu_usable": 1, "platform": "here"}
+    entry = {"group": "nominal", "name": "cone", "methods": methods}
+    return {"environment": versions, "conditions": [entry], **head}
+
+
+def test_the_table_says_what_efficiency_is_over_and_what_was_not_tried(bench):
+    text = bench.table(shown({"silhouette": {"refused": "bent"}}, bound_poses=2, bound_samples=256))
+    assert "over the pairs at the first 2 poses" in text
+    assert "256 samples" in text
+    line = text.splitlines()[-1]
+    assert "`silhouette` | not for this needle |" in line
+    assert line.count("|") == text.splitlines()[-3].count("|")
+    assert "Efficiency" not in bench.table(shown({}))
 
 
 def test_the_page_shows_the_stored_figures(bench):
@@ -133,7 +205,18 @@ def test_it_runs_on_a_hard_scene():
     done = subprocess.run(
         [
             *(sys.executable, "-W", "error", str(FOLDER / "detectors.py"), "--quick"),
-            *("--poses", "1", "--exposures", "2", "--only", "blunt", "--detector", "lin2020"),
+            *(
+                "--poses",
+                "1",
+                "--exposures",
+                "2",
+                "--only",
+                "blunt",
+                "--method",
+                "lin2020",
+                "--bounds",
+                "0",
+            ),
         ],
         check=True,
         capture_output=True,
@@ -146,3 +229,4 @@ def test_it_runs_on_a_hard_scene():
     found = one["methods"]["lin2020"]
     assert (found["pairs"], found["right"]) == (2, 1)
     assert abs(found["bias_px"]["along"]) < 2
+    assert found["efficiency_mm"] is None

@@ -5,6 +5,8 @@ import json
 import pytest
 from asked import call
 
+from simtip.bound_file import read_bound
+
 
 def test_the_scalar_back_end_is_refused_in_one_line(scene_path):
     answer = call("bound", str(scene_path), "--backend", "scalar")
@@ -35,3 +37,6 @@ def test_json_and_folder_tell_the_same(tip_scene, tmp_path):
         assert set(said["bound_px"][side]) == {"along", "across"}
         assert (out / f"{side}_information.png").read_bytes().startswith(b"\x89PNG")
     assert set(said["convergence"]) == {"half_step", "half_samples", "noise_share"}
+    read = read_bound(out / "bound.json")
+    assert read.norm_mm == said["bound_mm"]["norm"]
+    read.require_scene(tip_scene)

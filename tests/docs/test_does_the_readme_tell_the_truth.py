@@ -107,6 +107,8 @@ def test_the_commands_run_as_written(tmp_path, scene):
             [*simtip, *line[:into]], cwd=tmp_path, capture_output=True, text=True, check=False
         )
         assert done.returncode == 0, f"{command}: {done.stderr}"
+        if into < len(line):  # a later command may read it
+            (tmp_path / line[into + 1]).write_text(done.stdout, encoding="utf-8")
 
 
 @pytest.mark.slow
