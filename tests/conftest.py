@@ -1,6 +1,12 @@
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
+
+# No test multiplies large matrices: more threads only wait for each other, and for other workers.
+# Read when NumPy is loaded, and handed on to every process that a test starts.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
@@ -9,6 +15,7 @@ from regions import with_roi
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose, nearest_rotation
+from simtip.render.backend import choose
 from simtip.scene_file import load_scene
 from simtip.spec import SceneSpec
 
@@ -72,3 +79,12 @@ def volume_mm():
 def ask():
     """Call the command line in this process."""
     return call
+
+
+@pytest.fixture(autouse=True)
+def _no_scalar_left_behind():
+    """After a scalar render, leave no back end set that every later render has to go back to."""
+    yield
+    mitsuba = sys.modules.get("mitsuba")
+    if mitsuba is not None and str(mitsuba.variant()).startswith("scalar"):
+        mitsuba.set_variant(choose().variant)

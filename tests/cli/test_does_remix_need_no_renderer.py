@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import shutil
+from pathlib import Path
 
 import pytest
+from asked import call
 from command_line import SCENE
 
 FRONT = "{name: front, kind: tube,"
 
 
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory) -> Path:
+    """A folder with rendered light, and its scene beside it."""
+    folder = tmp_path_factory.mktemp("rendered")
+    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    with contextlib.chdir(folder):
+        answer = call("render", "scene.yaml", "-o", "lit", "--lights")
+    assert answer.code == 0, answer.err
+    return folder
+
+
 @pytest.fixture
-def lit(tmp_path, monkeypatch, ask):
-    """A folder with rendered light, and scenes beside it."""
+def lit(tmp_path, monkeypatch, rendered):
+    """A copy of that folder, with other scenes."""
+    shutil.copytree(rendered, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "scene.yaml").write_text(SCENE, encoding="utf-8")
     dimmed = SCENE.replace(FRONT, f"{FRONT} power: 0.5,")
     (tmp_path / "dimmed.yaml").write_text(dimmed, encoding="utf-8")
     moved = SCENE.replace(FRONT, f"{FRONT} length_mm: 900,")
     (tmp_path / "moved.yaml").write_text(moved, encoding="utf-8")
-    answer = ask("render", "scene.yaml", "-o", "lit", "--lights")
-    assert answer.code == 0, answer.err
     return tmp_path
 
 

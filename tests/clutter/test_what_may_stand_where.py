@@ -138,10 +138,10 @@ def test_the_tip_keeps_free_in_both_images(setting, level):
 
 
 def test_at_hostile_something_comes_near_the_tip(setting):
-    gaps = [
+    gaps = (
         gap_to_tip([x for x in objects(HOSTILE, setting, s) if x.in_view], setting) for s in SEEDS
-    ]
-    assert min(gaps) < 4
+    )
+    assert any(gap < 4 for gap in gaps)
 
 
 def views(setting):

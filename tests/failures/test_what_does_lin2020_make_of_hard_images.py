@@ -44,7 +44,7 @@ EXPECTED = {
 }
 """Error along and across the needle, px, of the left and the right view; or the status."""
 
-QUICK = {"coloured", "pointing_up"}
+QUICK = {"coloured"}
 
 
 def test_every_hard_scene_has_its_expectation():

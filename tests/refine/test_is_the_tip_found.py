@@ -17,7 +17,7 @@ TIP = [-10, 20, 170]
 CONE = RoundNeedle(0.835, cone=5.0)
 BEVEL = RoundNeedle(0.835, bevel_deg=20.0)
 CASES = {
-    "cone": (CONE, {}),
+    "cone": (CONE, {"room": (70, 200, 40)}),
     "bevel seen by the left camera": (BEVEL, {"roll_deg": 70.0}),
     "bevel that looks away": (BEVEL, {"roll_deg": 200.0}),
     "cone askew": (CONE, {"axis": (0.4, -1, 0.1), "room": (150, 330, 40)}),

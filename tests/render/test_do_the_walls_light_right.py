@@ -147,7 +147,7 @@ def test_the_board_gets_one_bounce_of_every_wall(scene):
         found = light.open_room(places, 8192, 1, Tally(None))
         board = world.board.points(places)
     np.testing.assert_allclose(found[:, 1], 1, rtol=1e-5)
-    line = (np.arange(90) + 0.5) / 90
+    line = (np.arange(45) + 0.5) / 45
     cells = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     expected = np.zeros(len(places))
     for wall in range(6):

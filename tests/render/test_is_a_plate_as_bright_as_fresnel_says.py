@@ -59,7 +59,10 @@ def seen(spec: SceneSpec) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 @pytest.mark.parametrize("side", [0, 1], ids=["left", "right"])
-@pytest.mark.parametrize("angle_deg", [0, 45, 60, 75])
+@pytest.mark.parametrize(
+    "angle_deg",
+    [pytest.param(0, marks=pytest.mark.slow), 45, pytest.param(60, marks=pytest.mark.slow), 75],
+)
 def test_titanium_at_an_angle(scene, angle_deg, side):
     if choose().name == "scalar":
         pytest.skip("slow there")

@@ -33,8 +33,8 @@ def rod() -> ClutterObject:
     )  # fmt: skip
 
 
-@pytest.fixture
-def views(scene, monkeypatch):
+@pytest.fixture(scope="module")
+def views(scene):
     corners = [np.rint(p - [50, 20]).astype(int) for p in scene.rig.rig().project(MIDDLE)]
     rois = [[int(u), int(v), 72, 88] for u, v in corners]
     data = with_roi(scene, *rois, samples=256, noise=None, light_step_mm=0.25).model_dump(
@@ -43,7 +43,7 @@ def views(scene, monkeypatch):
     data["needle"]["tip_mm"] = [-10, 5000, 170]
     data["lamps"] = [{"name": "bulb", "kind": "point", "centre_mm": LAMP.tolist()}]
     spec = SceneSpec.model_validate(data)
-    with activated(choose()):
+    with activated(choose()), pytest.MonkeyPatch.context() as monkeypatch:
         from simtip.render import pair
 
         monkeypatch.setattr(pair, "objects", lambda *_: (rod(),))

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 from regions import with_roi
 
 from simtip.render import View, render_pair
@@ -21,6 +22,8 @@ from simtip.truth import scene_truth
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
+QUICK = ("01", "03", "06")
+"""The others take their time."""
 FOLDER = Path(__file__).parent / "reference"
 MAKE = "python tests/scenes/make_references.py"
 
@@ -41,6 +44,11 @@ MAX_T = 6.5
 LEAST_SD, LEAST_WHOLE_SD = 3e-4, 1e-4
 """Of the mean radiance, a pixel's and a crop's: the light map's errors are no larger, but have long
 tails."""
+
+
+def quick_or_slow(path: Path):
+    """Give the parameter of a test of every scene."""
+    return pytest.param(path, marks=() if path.stem.startswith(QUICK) else pytest.mark.slow)
 
 
 def crop(path: Path) -> SceneSpec:

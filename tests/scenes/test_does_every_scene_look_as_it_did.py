@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from stored_crops import (
@@ -16,16 +14,10 @@ from stored_crops import (
     leave_pictures,
     load,
     mixed,
+    quick_or_slow,
 )
 
 from simtip.spec import SceneSpec
-
-SOME = ("01", "04", "06")
-"""The others take their time."""
-
-
-def quick_or_slow(path: Path):
-    return pytest.param(path, marks=() if path.stem.startswith(SOME) else pytest.mark.slow)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stored_crops import SCENES
+from stored_crops import SCENES, quick_or_slow
 
 from simtip.geometry import Pose
 
@@ -13,9 +13,7 @@ ON_AXIS_MM = (1.5, 2.0, 2.5, 3.0)
 
 
 @pytest.mark.parametrize(
-    "path",
-    [path if path.stem < "07" else pytest.param(path, marks=pytest.mark.slow) for path in SCENES],
-    ids=lambda path: path.stem,
+    "path", [quick_or_slow(path) for path in SCENES], ids=lambda path: path.stem
 )
 def test_it_loads_and_renders_its_tip(path, simulated):
     done = simulated(path)

@@ -49,7 +49,7 @@ def levels(found: Simulation) -> list[float]:
     ]
 
 
-@pytest.mark.parametrize("wanted", [60.0, 180.0])
+@pytest.mark.parametrize("wanted", [pytest.param(60.0, marks=pytest.mark.slow), 180.0])
 def test_equal_lenses_meet_it(scene, wanted):
     found = pictured(scene, wanted)
     assert np.mean(levels(found)) == pytest.approx(wanted, abs=1)
