@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -238,3 +239,19 @@ def test_it_runs_on_a_hard_scene():
     assert (found["pairs"], found["right"]) == (2, 1)
     assert abs(found["bias_px"]["along"]) < 2
     assert found["efficiency_mm"] is None
+
+
+@pytest.mark.parametrize("axis", [(0.0, -1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_an_error_in_space_counts_along_the_needle_and_square_to_it(trials, axis):
+    axis, true_mm = np.array(axis), np.array([1.0, 2.0, 3.0])
+    covariance = 4.0 * np.outer(axis, axis) + 9.0 * (np.eye(3) - np.outer(axis, axis))
+    answer = SimpleNamespace(tip_mm=true_mm - 0.5 * axis, covariance_mm2=covariance)
+    place = trials._place(answer, SimpleNamespace(tip_mm=true_mm, axis=axis))
+    np.testing.assert_allclose(place.error_mm, (-0.5, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(place.claimed_mm2, (4, 18))
+    aside = np.cross(axis, (0.0, 0.0, 1.0))
+    answer = SimpleNamespace(tip_mm=true_mm + aside, covariance_mm2=None)
+    place = trials._place(answer, SimpleNamespace(tip_mm=true_mm, axis=axis))
+    assert place.error_mm[0] == pytest.approx(0, abs=1e-12)
+    assert place.norm_mm == pytest.approx(np.linalg.norm(aside))
+    assert place.claimed_mm2 is None
