@@ -33,15 +33,17 @@ def table(stored: Mapping[str, Any]) -> str:
 
 
 def _bounds(stored: Mapping[str, Any]) -> str:
-    """Say what efficiency is over, if anything."""
-    poses, samples = stored.get("bound_poses", 0), stored.get("bound_samples")
-    if not poses:
+    """Say what the rows' efficiencies are over, if there are any."""
+    rows = [one for condition in stored["conditions"] for one in condition["methods"].values()]
+    telling = [one["settings"] for one in rows if one.get("efficiency_mm") is not None]
+    if not telling:
         return ""
-    which = "the first pose" if poses == 1 else f"the first {poses} poses"
+    poses = " or ".join(map(str, sorted({one["bound_poses"] for one in telling})))
+    samples = " or ".join(map(str, sorted({one["bound_samples"] for one in telling})))
     return (
-        f" Efficiency: over the pairs at {which} of a condition (at all, if it has no more), each "
-        f"pose with its own bound of {samples} samples: root mean square of the bounds over that "
-        "of the errors."
+        f" Efficiency: over the pairs at the first {poses} poses of a condition (at all, if it has "
+        f"no more), each pose with its own bound of {samples} samples: root mean square of the "
+        "bounds over that of the errors."
     )
 
 
@@ -77,7 +79,7 @@ def _cells(one: Mapping[str, Any]) -> list[str]:
         _number(one["rmse_mm"], "{:.4f}"),
         _number(one["largest_mm"], "{:.4f}"),
         _both(claims, "{:.2f}"),
-        _number(one["efficiency_mm"], "{:.3f}"),
+        _number(one["efficiency_mm"], "{:.2g}"),
         f"{one['ms']:.1f}",
     ]
 

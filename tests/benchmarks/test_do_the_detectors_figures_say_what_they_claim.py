@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,9 @@ def bench(monkeypatch):
     import detectors
 
     return detectors
+
+
+SETTINGS = {"bound_poses": 2, "bound_samples": 256}
 
 
 def pair(
@@ -108,6 +112,8 @@ def test_efficiency_is_bound_over_rmse(bench, trials):
     assert found["efficiency_px"] == {"along": pytest.approx(0.5), "across": pytest.approx(0.25)}
     assert found["efficiency_mm"] == pytest.approx(0.2)
     assert found["efficiency_poses"] == 1
+    small = bench.figures([pair(trials, 0.2, 0.2)], {0: bound(0.000021)})
+    assert "| 0.00021 |" in bench.table(shown({"lin2020": small | {"settings": SETTINGS}}))
 
 
 def test_efficiency_is_over_the_poses_with_a_bound_alone(bench, trials):
@@ -142,20 +148,23 @@ def test_a_method_of_both_images_says_nothing_of_one(bench, trials):
     assert "| 2." in bench.table(shown({"silhouette": found}))
 
 
-def shown(methods, **head):
+def shown(methods):
     versions = {"versions": {"simtip": "0"}, "cpu_usable": 1, "platform": "here"}
     entry = {"group": "nominal", "name": "cone", "methods": methods}
-    return {"environment": versions, "conditions": [entry], **head}
+    return {"environment": versions, "conditions": [entry]}
 
 
-def test_the_table_says_what_efficiency_is_over_and_what_was_not_tried(bench):
-    text = bench.table(shown({"silhouette": {"refused": "bent"}}, bound_poses=2, bound_samples=256))
+def test_the_table_says_what_efficiency_is_over_and_what_was_not_tried(bench, trials):
+    found = bench.figures([pair(trials, 0.2, 0.2)], {0: bound(0.02)})
+    methods = {"lin2020": found | {"settings": SETTINGS}, "silhouette": {"refused": "bent"}}
+    text = bench.table(shown(methods))
     assert "over the pairs at the first 2 poses" in text
     assert "256 samples" in text
     line = text.splitlines()[-1]
     assert "`silhouette` | not for this needle |" in line
     assert line.count("|") == text.splitlines()[-3].count("|")
-    assert "Efficiency" not in bench.table(shown({}))
+    without = bench.figures([pair(trials, 0.2, 0.2)]) | {"settings": SETTINGS}
+    assert "Efficiency" not in bench.table(shown({"lin2020": without}))
 
 
 def test_the_page_shows_the_stored_figures(bench):
@@ -230,3 +239,19 @@ def test_it_runs_on_a_hard_scene():
     assert (found["pairs"], found["right"]) == (2, 1)
     assert abs(found["bias_px"]["along"]) < 2
     assert found["efficiency_mm"] is None
+
+
+@pytest.mark.parametrize("axis", [(0.0, -1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_an_error_in_space_counts_along_the_needle_and_square_to_it(trials, axis):
+    axis, true_mm = np.array(axis), np.array([1.0, 2.0, 3.0])
+    covariance = 4.0 * np.outer(axis, axis) + 9.0 * (np.eye(3) - np.outer(axis, axis))
+    answer = SimpleNamespace(tip_mm=true_mm - 0.5 * axis, covariance_mm2=covariance)
+    place = trials._place(answer, SimpleNamespace(tip_mm=true_mm, axis=axis))
+    np.testing.assert_allclose(place.error_mm, (-0.5, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(place.claimed_mm2, (4, 18))
+    aside = np.cross(axis, (0.0, 0.0, 1.0))
+    answer = SimpleNamespace(tip_mm=true_mm + aside, covariance_mm2=None)
+    place = trials._place(answer, SimpleNamespace(tip_mm=true_mm, axis=axis))
+    assert place.error_mm[0] == pytest.approx(0, abs=1e-12)
+    assert place.norm_mm == pytest.approx(np.linalg.norm(aside))
+    assert place.claimed_mm2 is None
