@@ -39,7 +39,7 @@ def render_trifle(variant: str) -> float:
 def main() -> None:
     """Print ``{"ok": ..., "mean": ...}`` for the variant named on the command line."""
     mean = render_trifle(sys.argv[1])
-    print(json.dumps({"ok": abs(mean - 0.5) < 0.05, "mean": mean}))  # noqa: T201 (the protocol)
+    sys.stdout.write(json.dumps({"ok": abs(mean - 0.5) < 0.05, "mean": mean}) + "\n")
 
 
 if __name__ == "__main__":

@@ -18,10 +18,12 @@ from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.outline import FAMILIES
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters, TipKind
 from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
-from simtip.detect.subpixel.shaft import BLOCK_ROWS, Shaft, edge_half_px, fit
+from simtip.detect.subpixel.shaft import Shaft
+from simtip.detect.subpixel.shaft_fit import fit
+from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edge_half_px
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
-from simtip.detect.subpixel.tip import AHEAD_PX, TipFit, fit_tip, like, usual_starts
+from simtip.detect.subpixel.tip import AHEAD_PX, BAD_MISFIT, TipFit, fit_tip, like, usual_starts
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
@@ -45,6 +47,9 @@ WORST_SHAFT_MISFIT = 100.0
 FITTING_MISFIT = 2.0
 """A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
 
+AS_NOISE = 1.5
+"""What fits so well leaves nothing for a freer shape to explain."""
+
 OFF_AXIS = 0.3
 """A tip so far from the axis, in half widths, is first taken for a bevel."""
 
@@ -54,7 +59,7 @@ lies within them."""
 
 WIDTH_SLACK_PX = 0.35
 
-GOOD_MISFIT, BAD_MISFIT = 4.0, 20.0
+GOOD_MISFIT = 4.0
 
 TRIALS = {
     "auto": ("cone", "wedge", "bevel", "bevel_away", "round"),
@@ -215,7 +220,8 @@ def _measured(
     if tip.family.name.startswith("bevel") and needed > depth:
         # A bevel's cut goes on beyond where its edge meets the shaft's side.
         seen = scenery(needed)
-        tip = _best_tip(seen, v_end, wedge, TRIALS["bevel"], tip)
+        sure = tip.misfit < FITTING_MISFIT
+        tip = _best_tip(seen, v_end, wedge, (tip.family.name,) if sure else TRIALS["bevel"], tip)
     return Analysis(frame, traced, shaft, seen, tip)
 
 
@@ -350,23 +356,32 @@ def _best_tip(
         family = FAMILIES[name]
         close = best or before
         starts = like(family, close)
-        if not starts or name.startswith("bevel"):
+        again = best is None and before is not None and before.misfit < FITTING_MISFIT
+        if not starts or (name.startswith("bevel") and not again):
             few = bool(starts) and close is not None and close.misfit < GOOD_MISFIT
             ahead = AHEAD_PX[1:2] if few else AHEAD_PX
             starts += usual_starts(scenery, family, v_end, begin, ahead)
         try:
-            found = fit_tip(scenery, family, starts, best)
+            found = fit_tip(scenery, family, starts, best, hasty=True)
         except np.linalg.LinAlgError:
             continue
         if found is not None and (best is None or found.better_than(best)):
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
+    if best.misfit > BAD_MISFIT:
+        # None was better: the haste is over.
+        best = fit_tip(scenery, best.family, [best.values]) or best
     return best
 
 
 def _kin(name: str, best: TipFit) -> bool:
-    """Say whether a family is to be tried beside one that fits: one looks like the other."""
+    """Say whether a family is to be tried beside one that fits: one looks like the other.
+
+    A wedge is a cone with two more values, which scatter.
+    """
+    if name == "wedge" and best.misfit < AS_NOISE:
+        return False
     kin = {"wedge": ("cone",), "cone": (), "round": (), "bevel": (), "bevel_away": ("bevel",)}
     return best.family.name in kin[name]
 

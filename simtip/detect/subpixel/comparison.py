@@ -22,7 +22,7 @@ from simtip.detect.subpixel.picture import (
     tip_columns,
 )
 from simtip.detect.subpixel.scenery import POSE, Scenery
-from simtip.detect.subpixel.shaft import RIM_DEVIATION, RIM_LEVEL
+from simtip.detect.subpixel.shaft_equations import RIM_DEVIATION, RIM_LEVEL
 from simtip.geometry import Array
 
 BRIGHTNESS_DEVIATION = 0.3
@@ -155,41 +155,26 @@ def _off(scenery: Scenery, values: Array) -> float:
 
 
 def derivative(
-    scenery: Scenery,
-    family: Family,
-    values: Array,
-    found: Comparison,
-    high: Array,
-    *,
-    both_sides: bool = False,
+    scenery: Scenery, family: Family, values: Array, found: Comparison, high: Array
 ) -> Array:
     """Give the derivative of the picture near the needle at fixed brightness, by differences.
 
-    Over the noise, (n, parameters). In a sharp picture it has kinks, where what is sharp crosses a
-    border of pixels; of differences to `both_sides` the one is taken that leads further down.
+    Over the noise, (n, parameters).
     """
-    precision = scenery.precision[found.near]
-    ground, shaft, tip = found.levels.T * precision
-    residual = found.residual[found.near] * precision
+    ground, shaft, tip = found.levels.T * scenery.precision[found.near]
 
-    def picture(moved: Array) -> Array:
-        there = scenery.cover(scenery.place(family, moved))
+    def picture(there: Cover) -> Array:
         whole, on_tip = there.whole[found.near], there.tip[found.near]
         return np.asarray(whole * (shaft - ground) + on_tip * (tip - shaft))
 
-    whole, on_tip = found.cover.whole[found.near], found.cover.tip[found.near]
-    here = whole * (shaft - ground) + on_tip * (tip - shaft)
+    here = picture(found.cover)
     change = np.empty((len(found.near), len(values)))
     for k in range(len(values)):
-        step = np.zeros(len(values))
-        step[k] = STEP_PX if k < POSE else SHAPE_STEP
-        if values[k] + step[k] > high[k]:
-            step = -step
-        change[:, k] = (picture(values + step) - here) / step[k]
-        if both_sides:
-            back = (here - picture(values - step)) / step[k]
-            if -float(back @ residual) * step[k] > float(change[:, k] @ residual) * step[k]:
-                change[:, k] = back
+        moved = values.copy()
+        step = STEP_PX if k < POSE else SHAPE_STEP
+        moved[k] += step if values[k] + step <= high[k] else -step
+        there = scenery.cover(scenery.place(family, moved))
+        change[:, k] = (picture(there) - here) / (moved[k] - values[k])
     return change
 
 

@@ -2,7 +2,7 @@
 
 Nothing in it is a threshold on the tip, so the tip does not recede with light, blur or noise: edges
 are where the model of the whole picture has them. The steps are `bands` (what may be a needle),
-`trace` (its rows), `shaft` (axis, width, blur) and `tip` (the outline of its end).
+`trace` (its rows), `shaft_fit` (axis, width, blur) and `tip` (the outline of its end).
 """
 
 from __future__ import annotations

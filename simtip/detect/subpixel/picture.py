@@ -60,6 +60,9 @@ class Placed:
         (2,) unit vector along the axis towards the hub.
     half_px, depth_px
         Half width of the shaft, and z at which it begins.
+    tilt
+        Sine of the axis, towards the hub, along the line of sight: the shaft begins at a circle,
+        which is seen as an arc.
     """
 
     corners: Array
@@ -68,22 +71,41 @@ class Placed:
     hub: Array
     half_px: float
     depth_px: float
+    tilt: float = 0.0
 
     def intervals(self, v: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Give left and right u (n,) at rows v, of the whole outline and of the tip's own part.
 
-        Both are equal below the outline's end. Last comes how much of the row is in the tip's part.
+        Both are equal below the outline's end. Last comes whether the row has a part of the tip.
         """
         left, right = _interval(self.corners, v)
         if self.facet is None:
-            z = self.z_at((left + right) / 2, v)
-            return left, right, left, right, np.clip((self.depth_px - z) * ROWS + 0.5, 0, 1)
+            return left, right, left, right, np.ones(len(v))
         if len(self.facet) == 0:
             return left, right, left, left, np.zeros(len(v))
         k = int(np.argmin(self.facet[:, 1]))
         low, high = _interval(np.roll(self.facet, -k, axis=0), v)
         there = (v >= self.facet[k, 1]).astype(np.float64)
         return left, right, np.clip(low, left, right), np.clip(high, left, right), there
+
+    def before_shaft(self, u: Array, v: Array) -> NDArray[np.float32]:
+        """Give the part (m, n) of cells at columns u (n,) and rows v (m,) before the shaft's begin.
+
+        What is seen of the circle at which the shaft begins is its half towards the camera.
+        """
+        off_u = (u - self.origin[0]).astype(np.float32)
+        off_v = (v - self.origin[1]).astype(np.float32)[:, None]
+        hub_u, hub_v = self.hub.astype(np.float32)
+        before = np.float32(self.depth_px) - (off_u * hub_u + off_v * hub_v)
+        if self.tilt:
+            x = off_v * hub_u - off_u * hub_v
+            reach = np.maximum(np.float32(self.half_px**2) - x * x, 0)
+            before += np.float32(self.tilt) * np.sqrt(reach)
+        before *= ROWS
+        before += np.float32(0.5)
+        np.minimum(before, 1, out=before)
+        np.maximum(before, 0, out=before)
+        return np.asarray(before, np.float32)
 
     def z_at(self, u: Array, v: Array) -> Array:
         """Give z along the axis of points (n,)."""
@@ -128,14 +150,15 @@ def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
     rows, columns = (window.height + 2 * pad) * ROWS, (window.width + 2 * pad) * fine
     v = window.v - pad - 0.5 + (np.arange(rows) + 0.5) / ROWS
     u = window.u - pad - 0.5
-    left, right, inner_left, inner_right, share = placed.intervals(v)
+    left, right, inner_left, inner_right, there = placed.intervals(v)
     # From the first column on, that single precision suffices.
     cells = np.arange(columns, dtype=np.float32)
     whole = _covered(cells, (left - u) * fine, (right - u) * fine)
-    inner = whole
-    if placed.facet is not None:
-        inner = _covered(cells, (inner_left - u) * fine, (inner_right - u) * fine)
-    tip = inner * share.astype(np.float32)[:, None]
+    if placed.facet is None:
+        tip = whole * placed.before_shaft(u + (np.arange(columns) + 0.5) / fine, v)
+    else:
+        tip = _covered(cells, (inner_left - u) * fine, (inner_right - u) * fine)
+        tip *= there.astype(np.float32)[:, None]
     return Cover(*(_to_pixels(part, window, pad, variance_px2) for part in (whole, tip)))
 
 

@@ -98,7 +98,9 @@ class Scenery:
         if family.facet is not None:
             drawn = family.facet(half, values[POSE:], self.tilt)
             facet = origin + drawn[:, :1] * across + drawn[:, 1:] * hub
-        return Placed(corners, facet, origin, hub, half, family.depth(half, values[POSE:]))
+        return Placed(
+            corners, facet, origin, hub, half, family.depth(half, values[POSE:]), self.tilt
+        )
 
     def apex(self, family: Family, values: Array) -> Array:
         """Give u, v of the apex (2,)."""

@@ -30,6 +30,12 @@ SETTLED = 0.05
 PATIENCE = 3.0
 """A fit goes on while so many times what its next step promises would make it the best."""
 
+BAD_MISFIT, SLOW_GAIN = 20.0, 0.15
+"""Of a fit that is not worth its steps: the misfit, and the part of the cost that one takes off."""
+
+FAILED_DAMPING = 0.05
+"""At least so much after a step that failed: less would try the same step again."""
+
 AHEAD_PX = (0.0, 2.5, 5.0)
 MOST_STEPS = 25
 
@@ -82,7 +88,12 @@ class TipFit:
 
 
 def fit_tip(
-    scenery: Scenery, family: Family, starts: list[Array], rival: TipFit | None = None
+    scenery: Scenery,
+    family: Family,
+    starts: list[Array],
+    rival: TipFit | None = None,
+    *,
+    hasty: bool = False,
 ) -> TipFit | None:
     """Fit one family.
 
@@ -96,20 +107,22 @@ def fit_tip(
         Values to begin with: from those that fit best. One at least.
     rival
         A fit to the same pixels. The attempt ends as soon as steps promise too little to beat it.
+    hasty
+        Whether to end, too, where a bad fit gets better by little: there may be better families.
 
     Returns
     -------
     fit
-        None if it cannot beat the rival.
+        None if it will hardly beat the rival.
     """
     low = np.array([-np.inf, -np.inf, 0.5, *family.low])
     high = np.array([np.inf, np.inf, np.inf, *family.high])
     values, found = _best_start(scenery, family, starts)
     damping = 1e-2
-    fresh = careful = False
+    fresh = False
     for _ in range(MOST_STEPS):
         if not fresh:
-            change = derivative(scenery, family, values, found, high, both_sides=careful)
+            change = derivative(scenery, family, values, found, high)
             H, g = shape_equations(scenery, values, found, change)
             fresh = True
         # What lies at a bound and would go beyond stays there.
@@ -117,25 +130,25 @@ def fit_tip(
         step = _step(H, g, free, damping)
         promised = float(step @ g)
         enough = SETTLED * max(1.0, found.misfit)
-        if promised < enough or (rival is not None and _hopeless(found, values, promised, rival)):
+        if rival is not None and _hopeless(found, values, promised, rival):
+            return None
+        if promised < enough:
             break
         step[:POSE] = np.clip(step[:POSE], -3, 3)
         tried = np.clip(values + step, low, high)
         there = compare(scenery, family, tried)
         if not there.cost < found.cost:
-            damping *= 8
+            damping = max(damping * 8, FAILED_DAMPING)
             if damping > 1e4:
                 break
-            # It may have been a kink in the picture.
-            fresh, careful = careful, True
             continue
-        settled = found.cost - there.cost < enough
-        values, found, fresh, careful = tried, there, False, False
+        gain = found.cost - there.cost
+        slow = hasty and there.misfit > BAD_MISFIT and gain < SLOW_GAIN * found.cost
+        settled = gain < enough
+        values, found, fresh = tried, there, False
         damping = max(damping / 8, 1e-5)
-        if settled:
+        if settled or slow:
             break
-    if rival is not None and _hopeless(found, values, 0.0, rival):
-        return None
     return _ended(scenery, family, values, found, H)
 
 
