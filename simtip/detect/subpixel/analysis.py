@@ -47,9 +47,6 @@ WORST_SHAFT_MISFIT = 100.0
 FITTING_MISFIT = 2.0
 """A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
 
-AS_NOISE = 1.5
-"""What fits so well leaves nothing for a freer shape to explain."""
-
 OFF_AXIS = 0.3
 """A tip so far from the axis, in half widths, is first taken for a bevel."""
 
@@ -208,11 +205,13 @@ def _measured(
     centre = np.array(parameters.centre_px or ((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2))
     focal = parameters.focal_px or float(max(image.shape))
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
+    # A guessed camera bends the shaft's begin where nothing may be bent.
+    tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
     depth = max(*wedge[1:3]) * half * DEPTH_SHARE
 
     def scenery(depth: float) -> Scenery:
         depth = min(depth, MOST_DEPTH_PX) + 2 * CLEAR_PX
-        return scenery_of(turned, shaft, v_end, depth, traced.level, view_tilt)
+        return scenery_of(turned, shaft, v_end, depth, traced.level, tilts)
 
     seen = scenery(depth)
     tip = _best_tip(seen, v_end, wedge, _order(wedge, parameters.tip))
@@ -376,12 +375,7 @@ def _best_tip(
 
 
 def _kin(name: str, best: TipFit) -> bool:
-    """Say whether a family is to be tried beside one that fits: one looks like the other.
-
-    A wedge is a cone with two more values, which scatter.
-    """
-    if name == "wedge" and best.misfit < AS_NOISE:
-        return False
+    """Say whether a family is to be tried beside one that fits: one looks like the other."""
     kin = {"wedge": ("cone",), "cone": (), "round": (), "bevel": (), "bevel_away": ("bevel",)}
     return best.family.name in kin[name]
 

@@ -42,6 +42,9 @@ class Scenery:
         Of the background, DN.
     tilt
         Sine of the axis, towards the hub, along the line of sight.
+    rim_tilt
+        The same for the circle at which the shaft begins; 0, a straight line, where the camera is
+        not known.
     slope_deviation
         Of the axis' slope du/dv at the tip.
     """
@@ -55,6 +58,7 @@ class Scenery:
     variance_px2: float
     level: float
     tilt: float
+    rim_tilt: float
     slope_deviation: float
 
     @cached_property
@@ -99,7 +103,7 @@ class Scenery:
             drawn = family.facet(half, values[POSE:], self.tilt)
             facet = origin + drawn[:, :1] * across + drawn[:, 1:] * hub
         return Placed(
-            corners, facet, origin, hub, half, family.depth(half, values[POSE:]), self.tilt
+            corners, facet, origin, hub, half, family.depth(half, values[POSE:]), self.rim_tilt
         )
 
     def apex(self, family: Family, values: Array) -> Array:
@@ -128,7 +132,12 @@ def window_about(
 
 
 def scenery_of(
-    image: NDArray[np.float32], shaft: Shaft, v_end: float, depth: float, level: float, tilt: float
+    image: NDArray[np.float32],
+    shaft: Shaft,
+    v_end: float,
+    depth: float,
+    level: float,
+    tilts: tuple[float, float],
 ) -> Scenery:
     """Gather what a tip is fitted to."""
     variance = float(shaft.variance_px2(np.array(v_end)))
@@ -153,6 +162,6 @@ def scenery_of(
         half,
         variance,
         level,
-        tilt,
+        *tilts,
         slope_deviation,
     )

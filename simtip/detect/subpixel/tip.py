@@ -20,7 +20,7 @@ from simtip.geometry import Array
 
 SLOPE_LEVER = 0.2
 
-COMPLEXITY = 3.0
+COMPLEXITY = 6.0
 """Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
 freer shape scatters more, so it has to describe the picture clearly better."""
 
