@@ -59,8 +59,8 @@ class Equations:
     misfit: float
     shared: Array
 
-    def step(self, damping: float, room: Array) -> Array:
-        """Give a damped Gauss-Newton step of the shape.
+    def step(self, damping: float, room: Array) -> tuple[Array, float]:
+        """Give a damped Gauss-Newton step of the shape, and what it promises of the cost.
 
         `room` (2,) is how far the variances may fall; one that would fall further is held.
         """
@@ -79,7 +79,7 @@ class Equations:
             if not low.any():
                 break
             free &= ~low
-        return np.asarray(step[self.first :])
+        return np.asarray(step[self.first :]), float(step @ self.g)
 
     def covariance(self) -> Array:
         """Give the shape's covariance."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.shaft import Shaft
-from simtip.detect.subpixel.shaft_equations import equations_of
+from simtip.detect.subpixel.shaft_equations import TRUSTED, equations_of
 from simtip.detect.subpixel.shaft_pixels import Bins, block_rows, merge, noise_of, sort_pixels
 from simtip.geometry import Array
 
@@ -81,8 +81,9 @@ def _best_of(
 
 
 def _first_settled(bins: Bins, start: Shaft) -> Shaft:
-    """Take the first steps, with blocks and bins merged: the least cost needs no more."""
-    return _settled(merge(bins), start, FIRST_STEPS)
+    """Take the first steps; with blocks and bins merged, if the shaft is so even that it can be."""
+    merged = _settled(merge(bins), start, FIRST_STEPS)
+    return merged if merged.misfit < FIRST_MISFIT else _settled(bins, start, FIRST_STEPS)
 
 
 def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:
@@ -90,9 +91,10 @@ def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:
     best, found = start, equations_of(bins, start)
     damping = 1e-3
     for _ in range(most):
-        step = found.step(damping, best.variance - LEAST_VARIANCE_PX2)
-        enough = SETTLED * max(1.0, found.misfit)
-        if float(step @ found.g[found.first :]) < enough:
+        step, promised = found.step(damping, best.variance - LEAST_VARIANCE_PX2)
+        # A bad block's misfit counts little in the cost.
+        enough = SETTLED * max(1.0, found.misfit / (1 + found.misfit / TRUSTED))
+        if promised < enough:
             break
         tried = _moved(best, step)
         there = equations_of(bins, tried)
