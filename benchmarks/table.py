@@ -66,6 +66,8 @@ ROWS: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("share of Canny", "share_of_steps.edges", "{:.0%}"),
         ("share of the lowest pixel", "share_of_steps.lowest_edge_pixel", "{:.0%}"),
         ("share of the axis", "share_of_steps.needle_axis", "{:.0%}"),
+        ("`subpixel`: time / the plain steps', a cone", "subpixel_over_plain_steps.cone", "{:.2f}"),
+        ("the same for a bevel", "subpixel_over_plain_steps.bevel", "{:.2f}"),
     ),
     "match": (
         ("one by one, with reasons", "match_tips_pairs_per_s", "{:,.0f} pairs/s"),
