@@ -20,14 +20,14 @@ from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters, TipK
 from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_fit import fit
-from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edge_half_px
+from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
 from simtip.detect.subpixel.tip import AHEAD_PX, BAD_MISFIT, TipFit, fit_tip, like, usual_starts
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
-LEAST_ROWS = 24
+LEAST_ROWS = 28
 """Of shaft, to fit it."""
 
 MOST_DEPTH_PX = 160.0
@@ -39,10 +39,19 @@ DEPTH_SHARE = 1.25
 CLEAR_PX = 4
 """Between a tip's end and the shaft's last row."""
 
-START_VARIANCES_PX2 = (0.03, 0.6, 2.5)
-"""Of the blur: from each the shaft's fit begins, and the best is kept."""
+STRAYED_PX = 1.0
+"""A shaft fitted so far from where it was traced is traced anew."""
+
+START_BLURS = (
+    *((variance, 0.0) for variance in (0.03, 0.6, 2.5)),
+    *((variance, share) for share in (0.95, 0.5) for variance in (0.25, 0.7, 1.5, 3.0)),
+)
+"""Variance, px^2, and the disc's share: from each the shaft's fit begins, and the best is kept."""
 
 WORST_SHAFT_MISFIT = 100.0
+
+UNEVEN_MISFIT = 20.0
+"""A shaft that fits worse is tried anew with half its rows."""
 
 FITTING_MISFIT = 2.0
 """A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
@@ -56,7 +65,14 @@ lies within them."""
 
 WIDTH_SLACK_PX = 0.35
 
+EDGE_PARTS, EDGE_VARIANCE_PX2, EDGE_PASSES = 4, 0.6, 3
+"""Parts of the shaft whose mean edges are looked for, and the blur that is allowed for there; it is
+looked anew around a shaft that was moved by more than a pixel."""
+
 GOOD_MISFIT = 4.0
+
+NEAR = 1.5
+"""Of bad fits ended in haste, those with at most so many times the best one's cost are ended."""
 
 TRIALS = {
     "auto": ("cone", "wedge", "bevel", "bevel_away", "round"),
@@ -192,7 +208,8 @@ def _measured(
             TipStatus.NOT_FOUND,
             f"only {len(rows)} rows of straight shaft were seen; {LEAST_ROWS} are needed",
         )
-    shaft = _fitted_shaft(turned, rows[-MOST_ROWS:], begun)
+    shaft = _even_shaft(turned, rows[-MOST_ROWS:], begun)
+    traced = _traced_anew(frame.view(gray), shaft, begun) or traced
     v_end, wedge = _first_wedge(traced, shaft)
     widths = shaft.half_px(np.array([float(rows[0]), v_end]))
     if not (widths.min() > 0 and np.diag(shaft.covariance).min() > 0):
@@ -259,6 +276,16 @@ def _hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
     return inside[int(np.argmax(lengths))]
 
 
+def _traced_anew(gray: Gray, shaft: Shaft, begun: Shaft) -> Trace | None:
+    """Trace a shaft that turned out to lie elsewhere, or to be wider: where one side shines."""
+    v = np.array(shaft.origin)
+    half, slope = float(shaft.half_px(v)), float(shaft.slope(v))
+    u = float(shaft.axis_u(v))
+    if max(abs(u - begun.axis_u(v)), abs(half - begun.half_px(v))) < STRAYED_PX:
+        return None
+    return trace(gray, (u - slope * shaft.origin, slope), 2 * half * float(np.hypot(1, slope)))
+
+
 def _first_shaft(traced: Trace) -> Shaft:
     """Give a straight shaft through the middles of the edges, those that stray left out."""
     v = traced.rows.astype(np.float64)
@@ -301,6 +328,15 @@ def _first_wedge(traced: Trace, shaft: Shaft) -> tuple[float, Array]:
     )
 
 
+def _even_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
+    """Fit the shaft; where a highlight comes and goes along it, only the part next to the tip."""
+    shaft = _fitted_shaft(image, rows, begun)
+    while shaft.misfit > UNEVEN_MISFIT and len(rows) >= 8 * BLOCK_ROWS:
+        rows = rows[len(rows) // 2 :]
+        shaft = _fitted_shaft(image, rows, begun)
+    return shaft
+
+
 def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
     """Fit the shaft from several blurs; short ones as straight lines of even width."""
     origin, scale = float(rows[-1]), float(len(rows))
@@ -315,10 +351,16 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         axis=axis[:2] if short else axis,
         width=width[:2] if short else width,
     )
-    moved = replace(moved, variance=np.full(2, 0.6))
-    half = edge_half_px(image, rows, moved) + EDGE_SHORT_PX
-    moved.width[0] = half
-    starts = [replace(moved, variance=np.full(2, variance)) for variance in START_VARIANCES_PX2]
+    moved = replace(moved, variance=np.full(2, EDGE_VARIANCE_PX2))
+    for _ in range(EDGE_PASSES):
+        before, moved = moved, _between_edges(image, rows, moved)
+        if abs(moved.axis[0] - before.axis[0]) + abs(moved.width[0] - before.width[0]) < 1:
+            break
+    half = float(moved.width[0])
+    starts = [
+        replace(moved, variance=np.full(2, variance), disc_share=share)
+        for variance, share in START_BLURS
+    ]
 
     def likely(one: Shaft) -> bool:
         # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
@@ -330,6 +372,20 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         raise NoNeedleError(
             TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
         ) from error
+
+
+def _between_edges(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
+    """Move a shaft between its mean edges, and taper it as those of its parts do."""
+    parts = np.array_split(rows, EDGE_PARTS if len(begun.width) > 1 else 1)
+    edges = np.array([edges_px(image, part, begun) for part in parts])
+    t = begun.t(np.array([part.mean() for part in parts]))
+    half = edges.mean(axis=1) + EDGE_SHORT_PX
+    width = begun.width.copy()
+    width[:2] = np.polyfit(t, half, 1)[::-1] if len(parts) > 1 else half
+    axis = begun.axis.copy()
+    incline = float(np.hypot(1, begun.slope(np.array(begun.origin))))
+    axis[0] += float(np.mean(edges[:, 1] - edges[:, 0])) / 2 * incline
+    return replace(begun, axis=axis, width=width)
 
 
 def _slack_px(shaft: Shaft) -> float:
@@ -349,6 +405,7 @@ def _best_tip(
     `before` is a fit to other pixels, to start from.
     """
     best: TipFit | None = None
+    tried: list[TipFit] = []
     for name in names:
         if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
             continue
@@ -361,17 +418,51 @@ def _best_tip(
             ahead = AHEAD_PX[1:2] if few else AHEAD_PX
             starts += usual_starts(scenery, family, v_end, begin, ahead)
         try:
-            found = fit_tip(scenery, family, starts, best, hasty=True)
+            found = fit_tip(scenery, family, starts, _rival(name, best), hasty=True)
         except np.linalg.LinAlgError:
             continue
-        if found is not None and (best is None or found.better_than(best)):
+        if found is None:
+            continue
+        tried.append(found)
+        if best is None or found.better_than(best):
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
     if best.misfit > BAD_MISFIT:
         # None was better: the haste is over.
-        best = fit_tip(scenery, best.family, [best.values]) or best
+        return _unhurried(scenery, best, tried)
+    return _undecided(best, tried)
+
+
+def _undecided(best: TipFit, tried: list[TipFit]) -> TipFit:
+    """Let a cone's fit count beside a wedge's that is about as good, and the other way round."""
+    for one in tried:
+        if {one.family.name, best.family.name} == {"cone", "wedge"}:
+            return best.or_nearly(one)
     return best
+
+
+def _unhurried(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
+    """Fit the best and what came near it to the end, and give the best of them."""
+    near = best.cost * NEAR
+    for one in sorted(tried, key=lambda one: one.cost):
+        ended = fit_tip(scenery, one.family, [one.values]) if one.cost < near else None
+        if ended is not None and ended.cost < best.cost:
+            best = ended
+            if best.misfit < FITTING_MISFIT:
+                break
+    if best.family.name == "wedge":
+        cone = fit_tip(scenery, FAMILIES["cone"], like(FAMILIES["cone"], best), best)
+        if cone is not None and cone.better_than(best):
+            return cone
+    return best
+
+
+def _rival(name: str, best: TipFit | None) -> TipFit | None:
+    """Give the fit to be beaten; none where a bevel fits badly, and may be its mirror image."""
+    if best is None or best.misfit < FITTING_MISFIT:
+        return best
+    return None if {name, best.family.name} == {"bevel", "bevel_away"} else best
 
 
 def _kin(name: str, best: TipFit) -> bool:

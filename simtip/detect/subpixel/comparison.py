@@ -27,7 +27,7 @@ from simtip.geometry import Array
 
 BRIGHTNESS_DEVIATION = 0.3
 
-STEP_PX, SHAPE_STEP = 0.04, 0.02
+STEP_PX, SHAPE_STEP = 0.01, 0.005
 """Of the differences: for the pose, and for the shape, half widths or radians."""
 
 SHAPE_PRECISION = 1e-2

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from simtip.detect.subpixel.blur import transfer
 from simtip.geometry import Array
 
 STEP_PX = 1 / 16
@@ -122,7 +123,14 @@ class EdgeTable:
     tables: NDArray[np.float32]
 
     @classmethod
-    def build(cls, half_px: float, reach_px: float, slope: float, variance_px2: float) -> EdgeTable:
+    def build(
+        cls,
+        half_px: float,
+        reach_px: float,
+        slope: float,
+        variance_px2: float,
+        disc_share: float = 0.0,
+    ) -> EdgeTable:
         """Build it for distances up to `reach_px` from the axis.
 
         Parameters
@@ -133,9 +141,8 @@ class EdgeTable:
             Of the table to either side.
         slope
             du/dv of the axis: a pixel's square spreads by its projection across the axis.
-        variance_px2
-            Of the lens's blur along a direction, taken as a Gaussian: what is symmetric moves no
-            edge, and a shape with sharper flanks would trade width against brightness.
+        variance_px2, disc_share
+            Of the lens's blur, see `simtip.detect.subpixel.blur.transfer`.
         """
         pad = 4 + 5 * np.sqrt(variance_px2)
         count = int(2 ** np.ceil(np.log2(2 * (reach_px + pad) / STEP_PX)))
@@ -143,8 +150,8 @@ class EdgeTable:
         cosine, sine = np.array([1, abs(slope)]) / np.hypot(1, slope)
         f = scipy.fft.rfftfreq(count, STEP_PX)
         pixel = np.sinc(cosine * f) * np.sinc(sine * f) / np.sinc(STEP_PX * f)
-        spread = pixel * np.exp(-2 * np.pi**2 * variance_px2 * f**2)
-        shapes = np.stack([spread, 2j * np.pi * f * spread, -2 * np.pi**2 * f**2 * spread])
+        lens, by_variance = transfer(f, variance_px2, disc_share)
+        shapes = np.stack([pixel * lens, 2j * np.pi * f * pixel * lens, pixel * by_variance])
         # In single precision: a part in ten million.
         spectrum = scipy.fft.rfft(_cells(x, half_px).astype(np.float32))
         middle, reach = count // 2, int(np.ceil(reach_px / STEP_PX)) + 1

@@ -16,7 +16,9 @@ from simtip.geometry import Array
 
 HIDDEN_RAD = 0.5
 
-ARC_POINTS = 24
+LONGER = 1.15
+
+ARC_POINTS = 64
 """Of a rounding or a bevel's arc."""
 
 
@@ -141,7 +143,9 @@ def _wedge_starts(begin: Array) -> list[Array]:
 
 
 def _cone_starts(begin: Array) -> list[Array]:
-    return [np.array([max((begin[1] + begin[2]) / 2, 0.3)])]
+    """Give cones as long as is seen, and longer ones: their flanks are seen late."""
+    length = max((begin[1] + begin[2]) / 2, 0.3)
+    return [np.array([length * longer]) for longer in (1.0, LONGER)]
 
 
 def _round_starts(begin: Array) -> list[Array]:

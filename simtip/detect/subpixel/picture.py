@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.detect.subpixel.blur import blurred
 from simtip.detect.subpixel.edge_table import brightness_integral
 from simtip.geometry import Array
 
@@ -141,8 +142,11 @@ class Cover:
     tip: Array
 
 
-def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
-    """Work out what an outline covers of a window's pixels, blurred."""
+def cover(placed: Placed, window: Window, variance_px2: float, disc_share: float = 0.0) -> Cover:
+    """Work out what an outline covers of a window's pixels, blurred.
+
+    For the blur see `simtip.detect.subpixel.blur`.
+    """
     sharp = variance_px2 < SHARP_PX2
     pad = 0 if sharp else int(np.ceil(3 * np.sqrt(variance_px2)))
     # Along a row the cover is exact; finer columns are for the blur.
@@ -159,7 +163,11 @@ def cover(placed: Placed, window: Window, variance_px2: float) -> Cover:
     else:
         tip = _covered(cells, (inner_left - u) * fine, (inner_right - u) * fine)
         tip *= there.astype(np.float32)[:, None]
-    return Cover(*(_to_pixels(part, window, pad, variance_px2) for part in (whole, tip)))
+    if pad:
+        whole, tip = (
+            blurred(part, variance_px2, disc_share, (ROWS, COLUMNS)) for part in (whole, tip)
+        )
+    return Cover(_to_pixels(whole, window, pad), _to_pixels(tip, window, pad))
 
 
 def _covered(cells: NDArray[np.float32], left: Array, right: Array) -> NDArray[np.float32]:
@@ -173,15 +181,7 @@ def _covered(cells: NDArray[np.float32], left: Array, right: Array) -> NDArray[n
     return found
 
 
-def _to_pixels(cells: NDArray[np.float32], window: Window, pad: int, variance_px2: float) -> Array:
-    if pad:
-        sigma = float(np.sqrt(variance_px2))
-        cells = np.asarray(
-            cv2.GaussianBlur(
-                cells, (0, 0), sigma * COLUMNS, sigmaY=sigma * ROWS, borderType=cv2.BORDER_REPLICATE
-            ),
-            np.float32,
-        )
+def _to_pixels(cells: NDArray[np.float32], window: Window, pad: int) -> Array:
     inner = cells[
         pad * ROWS : len(cells) - pad * ROWS, pad * COLUMNS : cells.shape[1] - pad * COLUMNS
     ]

@@ -115,7 +115,7 @@ class Scenery:
 
     def cover(self, placed: Placed) -> Cover:
         """Work out what an outline covers."""
-        return cover(placed, self.window, self.variance_px2)
+        return cover(placed, self.window, self.variance_px2, self.shaft.disc_share)
 
 
 def window_about(

@@ -24,6 +24,8 @@ class Shaft:
         Coefficients, constant first: u of the axis, half width across it.
     variance
         (2,) variance of the blur at t = 0 and at t = -1; in between it is linear.
+    disc_share
+        Of the blur's variance, what is a disc's, see `simtip.detect.subpixel.blur`.
     noise
         (2,) variance of a pixel's gray value: constant, and per DN.
     covariance
@@ -43,6 +45,7 @@ class Shaft:
     cost: float = np.inf
     shared: Array | None = None
     width_held: bool = False
+    disc_share: float = 0.0
 
     def t(self, v: Array) -> Array:
         """Give the polynomials' argument at rows."""

@@ -163,7 +163,7 @@ def _profiles(shaft: Shaft, x: Array, v: Array, half: float) -> Array:
     middle = np.array(float(v.mean()))
     variance = float(shaft.variance_px2(middle))
     slope = float(shaft.slope(middle))
-    table = EdgeTable.build(half, float(np.abs(x).max()) + 0.1, slope, variance)
+    table = EdgeTable.build(half, float(np.abs(x).max()) + 0.1, slope, variance, shaft.disc_share)
     found = np.moveaxis(table.at(x.reshape(-1)).reshape(*x.shape, 3, -1), 2, 0)
     # Each block's own blur, in the table's scale.
     own = shaft.variance_px2(v) * (half / shaft.half_px(v)) ** 2
@@ -186,13 +186,14 @@ def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
 def _shape_prior(shaft: Shaft, half: float) -> tuple[Array, Array]:
     """Give the precision of the shape's prior and how far the shape is off its mean: both weak."""
     bend = [0.0, 0.0, *BEND_PX[: len(shaft.axis) - 2]]
-    change = [HELD_PX if shaft.width_held else 0.0, 0.1 * half, 0.005 * half]
+    change = [*((HELD_PX, HELD_PX) if shaft.width_held else (0.0, 0.1 * half)), 0.005 * half]
     deviation = np.array([*bend, *change[: len(shaft.width)], 3.0, 3.0])
     now = np.concatenate([shaft.axis, shaft.width, shaft.variance])
     held = deviation > 0
     precision = np.where(held, 1 / np.where(held, deviation, 1.0) ** 2, 0.0)
     if shaft.width_held:
-        now[len(shaft.axis)] = 0.0  # it stays where it is
+        at = len(shaft.axis)
+        now[at : at + min(2, len(shaft.width))] = 0.0  # they stay where they are
     return precision, np.where(held, now, 0.0)
 
 

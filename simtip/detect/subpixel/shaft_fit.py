@@ -21,8 +21,12 @@ FIRST_STEPS, LAST_STEPS = 8, 20
 SETTLED = 0.05
 """Change of the cost, a log likelihood times -2, over the misfit at which the fit ends."""
 
-FIRST_MISFIT = 12.0
-"""A shaft that fits so well after the first start's steps is not looked for from others."""
+FIRST_MISFIT, BLURRED_MISFIT, SHARP_PX2 = 12.0, 2.0, 0.2
+"""A shaft that fits so well after the first start's steps is taken, the former if it is so sharp:
+in a blurred picture the kinds of blur have to be told apart."""
+
+RACE_STEPS, RACE_WINNERS = 6, 2
+"""Steps that the other starts take on merged pixels, and how many of them go on."""
 
 LEAST_VARIANCE_PX2 = 0.003
 
@@ -69,21 +73,26 @@ def _best_of(
     starts: list[Shaft],
     likely: Callable[[Shaft], bool],
 ) -> Shaft | None:
-    """Take the first steps from starts, until from one they lead to a likely shaft that fits."""
-    tried = []
-    for start in starts:
-        one = _first_settled(sort_pixels(image, rows, start), start)
-        if likely(one):
-            tried.append(one)
-            if one.misfit < FIRST_MISFIT:
-                break
-    return min(tried, key=lambda one: one.cost, default=None)
+    """Take the first steps from starts, and give the likely shaft to which the best of them lead.
+
+    The first start's is taken at once if it fits, and is sharp: only blurs have to be told apart.
+    """
+    bins = sort_pixels(image, rows, starts[0])
+    merged = merge(bins)
+    first = _settled(merged, starts[0], FIRST_STEPS)
+    if first.variance.max() < SHARP_PX2 and not _fits(first):
+        first = _settled(bins, starts[0], FIRST_STEPS)
+    if _fits(first) and likely(first):
+        return first
+    raced = [first, *(_settled(merged, start, RACE_STEPS) for start in starts[1:])]
+    ahead = sorted((one for one in raced if likely(one)), key=lambda one: one.cost)[:RACE_WINNERS]
+    tried = [_settled(bins, one, FIRST_STEPS) for one in ahead]
+    return min((one for one in tried if likely(one)), key=lambda one: one.cost, default=None)
 
 
-def _first_settled(bins: Bins, start: Shaft) -> Shaft:
-    """Take the first steps; with blocks and bins merged, if the shaft is so even that it can be."""
-    merged = _settled(merge(bins), start, FIRST_STEPS)
-    return merged if merged.misfit < FIRST_MISFIT else _settled(bins, start, FIRST_STEPS)
+def _fits(shaft: Shaft) -> bool:
+    sharp = shaft.variance.max() < SHARP_PX2
+    return bool(shaft.misfit < (FIRST_MISFIT if sharp else BLURRED_MISFIT))
 
 
 def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:

@@ -25,7 +25,9 @@ BINS_MERGED = 2
 INNER_PX, OUTER_PX = 4.5, 5.0
 """Pixels so far inside and outside an edge count, and three deviations of the blur more."""
 
-EDGE_BIN_PX, EDGE_DEPTH_PX = 0.25, 4.0
+EDGE_BIN_PX, EDGE_BEGIN, EDGE_DEPTH_PX = 0.25, 0.2, (2.5, 7.0)
+"""Bins of the profile; an edge begins where it reaches that share of the largest contrast; and the
+rim is looked for at least and at most so far inside of there."""
 
 NOISE_BINS = 12
 
@@ -106,31 +108,54 @@ def merge(bins: Bins) -> Bins:
     return Bins(x, value, count, v, axis_u)
 
 
-def edge_half_px(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> float:
-    """Give the half width at which the mean profile is halfway between ground and needle, px.
+def edges_px(
+    image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
+) -> tuple[float, float]:
+    """Give how far left and right of the axis the mean profile's edges are, px.
 
-    It is less exact than a fit, and free of the fit's trade between width, blur and brightness.
+    An edge is halfway between the ground and the rim next to it. It is less exact than a fit, and
+    free of the fit's trade between width, blur and brightness.
     """
     bins = sort_pixels(image, rows[len(rows) % block_rows(rows) :], shaft)
-    away = np.abs(bins.x).reshape(-1)
-    k = np.rint(away / EDGE_BIN_PX).astype(np.intp)
-    number = np.bincount(k, bins.count.reshape(-1))
-    total = np.bincount(k, (bins.count * bins.value).reshape(-1))
-    seen = np.flatnonzero(number)
-    x, value = seen * EDGE_BIN_PX, total[seen] / number[seen]
     half = float(shaft.width[0])
+    sides = [_contrast(bins, side, half) for side in (-1, 1)]
+    most = max(float(contrast.max()) for _, contrast in sides)
+    begins = [_outermost(*side, EDGE_BEGIN * most) for side in sides]
+    # How far an edge is blurred, by the side that is darkest at its rim.
+    rise = min(
+        begin - _outermost(*side, most / 2) for begin, side in zip(begins, sides, strict=True)
+    )
+    depth = float(np.clip(3 * rise, *EDGE_DEPTH_PX))
+    left, right = (
+        _outermost(
+            x, contrast, contrast[(x > begin - depth) & (x <= begin + EDGE_BIN_PX)].max() / 2
+        )
+        for begin, (x, contrast) in zip(begins, sides, strict=True)
+    )
+    return left, right
+
+
+def _contrast(bins: Bins, side: int, half: float) -> tuple[Array, Array]:
+    """Give distances (n,) to one side of the axis, ascending, and the contrast to the ground."""
+    away = side * bins.x
+    wanted = (away > 0) & (bins.count > 0)
+    k = np.rint(away[wanted] / EDGE_BIN_PX).astype(np.intp)
+    number = np.bincount(k, bins.count[wanted])
+    total = np.bincount(k, (bins.count * bins.value)[wanted])
+    seen = np.flatnonzero(number)
+    x, value = EDGE_BIN_PX * seen.astype(np.float64), total[seen] / number[seen]
     ground = float(np.median(value[x > half + 2])) if (x > half + 2).any() else float(value[-1])
-    within = (x > half - EDGE_DEPTH_PX) & (x < half)
-    if not within.any():
-        return half
-    dark = int(np.flatnonzero(within)[np.argmax(np.abs(value[within] - ground))])
-    share = (value[dark:] - ground) / (value[dark] - ground)
-    (below,) = np.nonzero(share < 0.5)
-    if not len(below) or below[0] == 0:
-        return half
-    j = int(below[0])
-    step = (share[j - 1] - 0.5) / (share[j - 1] - share[j])
-    return float(x[dark + j - 1] + step * (x[dark + j] - x[dark + j - 1]))
+    return x, np.asarray(np.abs(value - ground), np.float64)
+
+
+def _outermost(x: Array, contrast: Array, level: float) -> float:
+    """Give the farthest distance at which the contrast comes up to a level."""
+    above = np.flatnonzero(contrast >= level)
+    j = int(above[-1]) if len(above) else 0
+    if j + 1 == len(x) or contrast[j] < level:
+        return float(x[j])
+    step = (contrast[j] - level) / (contrast[j] - contrast[j + 1])
+    return float(x[j] + step * (x[j + 1] - x[j]))
 
 
 def noise_of(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Array:

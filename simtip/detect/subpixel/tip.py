@@ -8,9 +8,10 @@ that describes the picture best for its number of parameters is taken.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.comparison import Comparison, compare, derivative, shape_equations
@@ -20,9 +21,12 @@ from simtip.geometry import Array
 
 SLOPE_LEVER = 0.2
 
-COMPLEXITY = 6.0
+COMPLEXITY = 10.0
 """Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
 freer shape scatters more, so it has to describe the picture clearly better."""
+
+DOUBT = 0.5
+"""How unsure such a comparison is, in the penalty for a parameter."""
 
 SETTLED = 0.05
 """Change of the cost, over the misfit, at which a fit ends."""
@@ -82,9 +86,29 @@ class TipFit:
 
         What both leave unexplained counts as noise.
         """
+        return self._worse_by(other) < 0
+
+    def _worse_by(self, other: TipFit) -> float:
+        """Give how much worse it describes the pixels, in -2 log likelihood."""
         unexplained = max(1.0, min(self.misfit, other.misfit))
         penalty = _penalty(len(self.values) - len(other.values), len(self.residual))
-        return (self.cost - other.cost) / unexplained + penalty < 0
+        return (self.cost - other.cost) / unexplained + penalty
+
+    def or_nearly(self, other: TipFit) -> TipFit:
+        """Give itself, with a tip between both fits' as far as the other is nearly as good.
+
+        A choice between two families that are about as good would else be the noise's, and what
+        they differ by would be in no covariance (Hoeting et al., Bayesian Model Averaging, 1999).
+        """
+        doubt = DOUBT * _penalty(1, len(self.residual))
+        share = float(scipy.special.expit((self._worse_by(other)) / doubt))
+        apart = other.tip - self.tip
+        covariance = (1 - share) * self.tip_covariance + share * other.tip_covariance
+        return replace(
+            self,
+            tip=self.tip + share * apart,
+            tip_covariance=covariance + share * (1 - share) * np.outer(apart, apart),
+        )
 
 
 def fit_tip(
@@ -252,6 +276,8 @@ def like(family: Family, other: TipFit | None) -> list[Array]:
         return [other.values]
     if name == "cone" and family.name == "wedge":
         return [np.array([*pose, 0.0, shape[0], shape[0]])]
+    if name == "wedge" and family.name == "cone":
+        return [np.array([*pose, (shape[1] + shape[2]) / 2])]
     if name == "cone" and family.name == "round":
         return [np.array([*pose, shape[0], ROUNDED])]
     return []

@@ -20,7 +20,7 @@ ROOM_PX = 8
 
 SMOOTH_ROWS = 5
 
-EDGE_LEVEL = 0.4
+EDGE_LEVEL = 0.25
 """Of the needle's usual contrast: an edge is where the outermost pixel exceeds it."""
 
 END_LEVEL = 0.12

@@ -34,8 +34,8 @@ class Drawn:
         the apex towards the hub, convex.
     width_px, tip_px, degrees
         Width, apex, and by how much the needle leans: its hub lies up and so far to the left.
-    sigma_px, ground_dn
-        Blur and background.
+    sigma_px, disc_px, ground_dn
+        Gaussian blur, radius of the disc of a lens out of focus, and background.
     contrast
         1 for metal of which the rims mirror 0.45 of the background; less is paler.
     facet, facet_level
@@ -47,6 +47,7 @@ class Drawn:
     tip_px: tuple[float, float] = (110.3, 230.6)
     degrees: float = 7.0
     sigma_px: float = 0.7
+    disc_px: float = 0.0
     ground_dn: float = 190.0
     contrast: float = 1.0
     shape: tuple[int, int] = (260, 220)
@@ -69,7 +70,7 @@ class Drawn:
     def light(self):
         """Give the picture (H, W) without noise, DN."""
         height, width = self.shape
-        pad = int(np.ceil(4 * self.sigma_px)) + 1
+        pad = int(np.ceil(4 * self.sigma_px + self.disc_px)) + 1
         v = (np.arange((height + 2 * pad) * ROWS) + 0.5) / ROWS - 0.5 - pad
         u = (np.arange((width + 2 * pad) * COLUMNS) / COLUMNS - 0.5 - pad).astype(np.float32)
         sides = self.point[0][0], self.point[-1][0]
@@ -92,12 +93,28 @@ class Drawn:
             size = [2 * int(np.ceil(4 * self.sigma_px * cells)) + 1 for cells in (COLUMNS, ROWS)]
             sigma = self.sigma_px * COLUMNS, self.sigma_px * ROWS
             fine = cv2.GaussianBlur(fine, size, sigma[0], sigmaY=sigma[1])
+        if self.disc_px:
+            fine = cv2.filter2D(fine, -1, disc(self.disc_px))
         fine = fine[pad * ROWS : -pad * ROWS, pad * COLUMNS : -pad * COLUMNS]
         return fine.reshape(height, ROWS, width, COLUMNS).mean(axis=(1, 3)).astype(np.float64)
 
     def but(self, **changed):
         """Give the same needle, some of it changed."""
         return replace(self, **changed)
+
+
+def disc(radius_px):
+    """Give a disc's part of each cell, of 1, from 16 x 16 points a cell."""
+    spots = (np.arange(16) + 0.5) / 16 - 0.5
+    reach = [int(np.ceil(radius_px * cells)) + 1 for cells in (ROWS, COLUMNS)]
+    v, u = (
+        (np.arange(-most, most + 1)[:, None] + spots).reshape(-1) / cells
+        for most, cells in zip(reach, (ROWS, COLUMNS), strict=True)
+    )
+    inside = np.hypot(v[:, None], u) < radius_px
+    sizes = 2 * reach[0] + 1, 16, 2 * reach[1] + 1, 16
+    kernel = inside.reshape(sizes).mean(axis=(1, 3))
+    return kernel / kernel.sum()
 
 
 def metal(s):

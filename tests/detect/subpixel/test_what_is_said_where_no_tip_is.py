@@ -35,4 +35,4 @@ def test_a_shaft_too_short_is_refused_with_its_rows():
     image = photograph(SHAFT.light()[130:], 1)[40:]
     status, reason = says(image)
     assert status == TipStatus.NOT_FOUND
-    assert "24" in reason or "parallel" in reason or "long enough" in reason
+    assert "28" in reason or "parallel" in reason or "long enough" in reason
