@@ -23,7 +23,7 @@ from simtip.detect.subpixel.shaft_fit import fit
 from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 from simtip.detect.subpixel.sight import tilt
 from simtip.detect.subpixel.start import wedge_start
-from simtip.detect.subpixel.tip import AHEAD_PX, BAD_MISFIT, TipFit, fit_tip, like, usual_starts
+from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, fit_tip, like, usual_starts
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
@@ -70,6 +70,9 @@ EDGE_PARTS, EDGE_VARIANCE_PX2, EDGE_PASSES = 4, 0.6, 3
 looked anew around a shaft that was moved by more than a pixel."""
 
 GOOD_MISFIT = 4.0
+
+TWINS = ("bevel", "bevel_away")
+"""Each other's mirror image in depth: where one fits badly, the other may begin."""
 
 NEAR = 1.5
 """Of bad fits ended in haste, those with at most so many times the best one's cost are ended."""
@@ -415,8 +418,7 @@ def _best_tip(
         again = best is None and before is not None and before.misfit < FITTING_MISFIT
         if not starts or (name.startswith("bevel") and not again):
             few = bool(starts) and close is not None and close.misfit < GOOD_MISFIT
-            ahead = AHEAD_PX[1:2] if few else AHEAD_PX
-            starts += usual_starts(scenery, family, v_end, begin, ahead)
+            starts += usual_starts(scenery, family, v_end, begin, few=few)
         try:
             found = fit_tip(scenery, family, starts, _rival(name, best), hasty=True)
         except np.linalg.LinAlgError:
@@ -428,7 +430,7 @@ def _best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
-    if best.misfit > BAD_MISFIT:
+    if best.misfit > GOOD_MISFIT:
         # None was better: the haste is over.
         return _unhurried(scenery, best, tried)
     return _undecided(best, tried)
@@ -443,10 +445,13 @@ def _undecided(best: TipFit, tried: list[TipFit]) -> TipFit:
 
 
 def _unhurried(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
-    """Fit the best and what came near it to the end, and give the best of them."""
+    """Fit the best, what came near it and its twins to the end, and give the best of them."""
     near = best.cost * NEAR
-    for one in sorted(tried, key=lambda one: one.cost):
-        ended = fit_tip(scenery, one.family, [one.values]) if one.cost < near else None
+    ahead = sorted(tried, key=lambda one: one.cost)
+    ways = [(one.family, one.values) for one in ahead if one.cost < near]
+    ways += [(FAMILIES[name], start) for name in TWINS for start in _alike(name, best)]
+    for family, start in ways:
+        ended = fit_tip(scenery, family, [start])
         if ended is not None and ended.cost < best.cost:
             best = ended
             if best.misfit < FITTING_MISFIT:
@@ -458,11 +463,15 @@ def _unhurried(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
     return best
 
 
+def _alike(name: str, best: TipFit) -> list[Array]:
+    return like(FAMILIES[name], best) if {name, best.family.name} == set(TWINS) else []
+
+
 def _rival(name: str, best: TipFit | None) -> TipFit | None:
     """Give the fit to be beaten; none where a bevel fits badly, and may be its mirror image."""
     if best is None or best.misfit < FITTING_MISFIT:
         return best
-    return None if {name, best.family.name} == {"bevel", "bevel_away"} else best
+    return None if {name, best.family.name} == set(TWINS) else best
 
 
 def _kin(name: str, best: TipFit) -> bool:

@@ -30,6 +30,10 @@ RACE_STEPS, RACE_WINNERS = 6, 2
 
 LEAST_VARIANCE_PX2 = 0.003
 
+VAIN = 40
+"""A fit ends, too, at a step that failed and promised less than so many times that: weights and
+tables change with the shaft, and the cost is no smoother."""
+
 FAILED_DAMPING = 0.01
 """At least so much after a step that failed: less would try the same step again."""
 
@@ -109,7 +113,7 @@ def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:
         there = equations_of(bins, tried)
         if not there.cost < found.cost:
             damping = max(damping * 10, FAILED_DAMPING)
-            if damping > 1e4:
+            if damping > 1e4 or promised < VAIN * enough:
                 break
             continue
         settled = found.cost - there.cost < enough

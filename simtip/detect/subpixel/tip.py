@@ -40,7 +40,10 @@ BAD_MISFIT, SLOW_GAIN = 20.0, 0.15
 FAILED_DAMPING = 0.05
 """At least so much after a step that failed: less would try the same step again."""
 
-AHEAD_PX = (0.0, 2.5, 5.0)
+USUALLY_AHEAD_PX, ELSE_AHEAD_PX = 2.5, (0.0, 5.0)
+"""How far beyond the last row that shows the needle its end is, and else may be: rows fall short of
+it."""
+
 MOST_STEPS = 25
 
 BEVELS = {"bevel", "bevel_away"}
@@ -238,13 +241,9 @@ def _of_slope(scenery: Scenery) -> Array:
 
 
 def usual_starts(
-    scenery: Scenery,
-    family: Family,
-    v_end: float,
-    begin: Array,
-    ahead: tuple[float, ...] = AHEAD_PX,
+    scenery: Scenery, family: Family, v_end: float, begin: Array, *, few: bool
 ) -> list[Array]:
-    """Give values to begin with.
+    """Give values to begin with: shapes, and for the best of them some places of the end.
 
     Parameters
     ----------
@@ -256,14 +255,17 @@ def usual_starts(
         The last row that shows the needle.
     begin
         What the edges suggest, see `simtip.detect.subpixel.start`.
-    ahead
-        How far beyond that row the end may be, px: it falls short of it.
+    few
+        Whether shapes are enough.
     """
-    return [
-        np.array([v_end + further, 0.0, scenery.half_px, *shape])
-        for further in ahead
+    starts = [
+        np.array([v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, *shape])
         for shape in family.starts(begin)
     ]
+    if few:
+        return starts
+    best, _ = _best_start(scenery, family, starts)
+    return [best, *(np.array([v_end + ahead, *best[1:]]) for ahead in ELSE_AHEAD_PX)]
 
 
 def like(family: Family, other: TipFit | None) -> list[Array]:
