@@ -11,7 +11,8 @@ import numpy as np
 
 from simtip.camera import StereoRig
 from simtip.detect.protocol import Image
-from simtip.detect.subpixel.analysis import Analysis, NoNeedleError, analyse
+from simtip.detect.subpixel.analysis import Analysis, analyse
+from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.parameters import SubpixelParameters
 from simtip.geometry import Array, Pose
 from simtip.refine.outline import Eye

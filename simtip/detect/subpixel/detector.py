@@ -11,7 +11,8 @@ import numpy as np
 
 from simtip.detect.observation import Layers, TipObservation
 from simtip.detect.protocol import FunctionDetector, Image
-from simtip.detect.subpixel.analysis import Analysis, NoNeedleError, analyse
+from simtip.detect.subpixel.analysis import Analysis, analyse
+from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
 
 

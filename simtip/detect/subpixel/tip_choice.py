@@ -1,0 +1,126 @@
+"""Which family a tip is of: some are tried, and the one that describes it best is taken."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simtip.detect.observation import TipStatus
+from simtip.detect.subpixel.no_needle import NoNeedleError
+from simtip.detect.subpixel.outline import FAMILIES
+from simtip.detect.subpixel.parameters import TipKind
+from simtip.detect.subpixel.scenery import Scenery
+from simtip.detect.subpixel.tip import TipFit, fit_tip, like, usual_starts
+from simtip.geometry import Array
+
+FITTING_MISFIT = 2.0
+"""A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
+
+GOOD_MISFIT = 4.0
+
+OFF_AXIS = 0.3
+"""A tip so far from the axis, in half widths, is first taken for a bevel."""
+
+TWINS = ("bevel", "bevel_away")
+"""Each other's mirror image in depth: where one fits badly, the other may begin."""
+
+NEAR = 1.5
+"""Of bad fits ended in haste, those with at most so many times the best one's cost are ended."""
+
+TRIALS = {
+    "auto": ("cone", "wedge", "bevel", "bevel_away", "round"),
+    "cone": ("cone",),
+    "round": ("round",),
+    "wedge": ("wedge",),
+    "bevel": ("bevel", "bevel_away"),
+}
+
+
+def order(wedge: Array, kind: TipKind) -> tuple[str, ...]:
+    """Give the families to try, the likely ones first."""
+    if kind == "auto" and abs(wedge[0]) > OFF_AXIS:
+        return ("bevel", "bevel_away", "wedge", "cone", "round")
+    return TRIALS[kind]
+
+
+def best_tip(
+    scenery: Scenery,
+    v_end: float,
+    begin: Array,
+    names: tuple[str, ...],
+    before: TipFit | None = None,
+) -> TipFit:
+    """Fit families of tips until one describes the picture well; the best is taken.
+
+    `before` is a fit to other pixels, to start from.
+    """
+    best: TipFit | None = None
+    tried: list[TipFit] = []
+    for name in names:
+        if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
+            continue
+        family = FAMILIES[name]
+        close = best or before
+        starts = like(family, close)
+        again = best is None and before is not None and before.misfit < FITTING_MISFIT
+        if not starts or (name.startswith("bevel") and not again):
+            few = bool(starts) and close is not None and close.misfit < GOOD_MISFIT
+            starts += usual_starts(scenery, family, v_end, begin, few=few)
+        try:
+            found = fit_tip(scenery, family, starts, _rival(name, best), hasty=True)
+        except np.linalg.LinAlgError:
+            continue
+        if found is None:
+            continue
+        tried.append(found)
+        if best is None or found.better_than(best):
+            best = found
+    if best is None:
+        raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
+    if best.misfit > GOOD_MISFIT:
+        # None was better: the haste is over.
+        return _unhurried(scenery, best, tried)
+    return _undecided(best, tried)
+
+
+def _undecided(best: TipFit, tried: list[TipFit]) -> TipFit:
+    """Let a cone's fit count beside a wedge's that is about as good, and the other way round."""
+    for one in tried:
+        if {one.family.name, best.family.name} == {"cone", "wedge"}:
+            return best.or_nearly(one)
+    return best
+
+
+def _unhurried(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
+    """Fit the best, what came near it and its twins to the end, and give the best of them."""
+    near = best.cost * NEAR
+    ahead = sorted(tried, key=lambda one: one.cost)
+    ways = [(one.family, one.values) for one in ahead if one.cost < near]
+    ways += [(FAMILIES[name], start) for name in TWINS for start in _alike(name, best)]
+    for family, start in ways:
+        ended = fit_tip(scenery, family, [start])
+        if ended is not None and ended.cost < best.cost:
+            best = ended
+            if best.misfit < FITTING_MISFIT:
+                break
+    if best.family.name == "wedge":
+        cone = fit_tip(scenery, FAMILIES["cone"], like(FAMILIES["cone"], best), best)
+        if cone is not None and cone.better_than(best):
+            return cone
+    return best
+
+
+def _alike(name: str, best: TipFit) -> list[Array]:
+    return like(FAMILIES[name], best) if {name, best.family.name} == set(TWINS) else []
+
+
+def _rival(name: str, best: TipFit | None) -> TipFit | None:
+    """Give the fit to be beaten; none where a bevel fits badly, and may be its mirror image."""
+    if best is None or best.misfit < FITTING_MISFIT:
+        return best
+    return None if {name, best.family.name} == set(TWINS) else best
+
+
+def _kin(name: str, best: TipFit) -> bool:
+    """Say whether a family is to be tried beside one that fits: one looks like the other."""
+    kin = {"wedge": ("cone",), "cone": (), "round": (), "bevel": (), "bevel_away": ("bevel",)}
+    return best.family.name in kin[name]
