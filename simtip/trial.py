@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simtip.bound import KnownBound, efficiency
+from simtip.camera import StereoRig
 from simtip.detect import ConfiguredDetector, configure, names_code, parameters_of
 from simtip.detect.excerpt import excerpt
 from simtip.errors import InputError
@@ -16,9 +17,11 @@ from simtip.measuring_rig import measuring_rig
 from simtip.refine import Refiner, Solid, silhouette
 from simtip.render import Backend, Progress
 from simtip.score import PixelError, TipError, point_error, score_tip
+from simtip.sensor import Image
 from simtip.simulation import Simulation, simulate
 from simtip.spec import SceneSpec
 from simtip.spec.scene import DetectSpec
+from simtip.truth import SceneTruth
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,9 +221,34 @@ def run_trial(
     refiner = refiner_of(spec)
     rig = measuring_rig(spec)
     simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
-    truth = simulation.truth
+    measurement, error = measured(
+        simulation.images, simulation.truth, spec, detector, rig=rig, refiner=refiner
+    )
+    return Trial(simulation, measurement, error, bound)
+
+
+def measured(
+    images: tuple[Image, Image],
+    truth: SceneTruth,
+    spec: SceneSpec,
+    detector: ConfiguredDetector,
+    *,
+    rig: StereoRig,
+    refiner: Refiner | None,
+) -> tuple[Measurement, TipError]:
+    """Measure the tip on a pair of images and score it.
+
+    Parameters
+    ----------
+    images, truth
+        Left and right, DN, and what is true of them.
+    spec
+        Says how to match and to triangulate.
+    detector, rig, refiner
+        What measures.
+    """
     measurement = measure_pair(
-        *simulation.images,
+        *images,
         rig,
         detector,
         max_distance_px=spec.match.max_distance_px,
@@ -234,4 +262,4 @@ def run_trial(
         tips_true_px=(truth.left.tip_px, truth.right.tip_px),
         axes_true_px=(truth.left.axis_px, truth.right.axis_px),
     )
-    return Trial(simulation, measurement, error, bound)
+    return measurement, error

@@ -23,6 +23,7 @@ from simtip.cli.render import render
 from simtip.cli.rig import rig
 from simtip.cli.run import run
 from simtip.cli.schema import schema
+from simtip.cli.sweep import sweep
 from simtip.errors import SimtipError
 from simtip.version import __version__
 
@@ -49,7 +50,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect),
+    *(run, render, remix, measure, detect, sweep),
     *(rig, boards, calibrate, camera, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""

@@ -1,0 +1,206 @@
+"""`simtip sweep`: many trials, none computed twice, none lost."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from simtip.cli.errors import INTERRUPTED, as_option, fail
+from simtip.cli.options import BackendOption, JsonOption
+from simtip.cli.output import print_json, say
+from simtip.errors import InputError
+
+if TYPE_CHECKING:
+    from simtip.sweep.plan import Plan
+    from simtip.sweep.running import Tally
+    from simtip.sweep.work import Setup
+
+
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="Sweep file (YAML).")],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder of results; gone on with.")
+    ],
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", min=1, max=1024, help="Processes [default: one a core]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Dask's, e.g. tcp://host:8786."),
+    ] = None,
+    detector: Annotated[
+        list[str] | None,
+        typer.Option("--detector", metavar="REF", help="Instead of the file's; repeatable."),
+    ] = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Also try again what failed.")
+    ] = False,
+    cache: Annotated[
+        Path | None, typer.Option("--cache", metavar="DIR", help="Of renders and images.")
+    ] = None,
+    cache_size: Annotated[
+        str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
+    ] = "20GB",
+    time_limit: Annotated[
+        float,
+        typer.Option("--time-limit", min=0.1, metavar="S", help="Of a trial, without its render."),
+    ] = 300.0,
+    backend: BackendOption = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only say how much there is to do.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Vary a scene and its detectors, and measure every combination."""
+    from simtip.sweep.plan import Plan
+    from simtip.sweep.sweep_file import read_sweep
+
+    source = read_sweep(file)
+    spec = source.spec
+    if detector:
+        spec = spec.model_copy(update={"detectors": list(detector)})
+    try:
+        plan = Plan(spec, source.scene, tuple(detector or ()), str(file))
+    except InputError as error:
+        if detector and (error.field or "").startswith("detectors"):
+            raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
+        raise source.located(error) from error
+    setup = _setup(plan, backend, cache, cache_size, time_limit)
+    if dry_run:
+        _foretell(plan, setup, workers or _cores(), as_json=as_json)
+        return
+    tally = _run(plan, setup, out, workers or _cores(), scheduler, retry_failed=retry_failed)
+    said = summary_of(tally)
+    if as_json:
+        print_json({"out": str(out), **said})
+    else:
+        say(_in_words(said, out))
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _setup(
+    plan: Plan, backend: str | None, cache: Path | None, cache_size: str, time_limit: float
+) -> Setup:
+    from simtip.render import choose
+    from simtip.sweep.cache import Cache, default_folder, parse_size
+    from simtip.sweep.resuming import as_json as data_of
+    from simtip.sweep.work import Setup
+
+    with as_option("--cache-size"):
+        limit = parse_size(cache_size)
+    folder = default_folder() if cache is None else cache
+    if limit and cache is not None:
+        Cache(folder, limit).check()
+    sweep, scene = data_of(plan)
+    kept = str(folder.absolute()) if limit else None
+    return Setup(
+        sweep, scene, plan.allowed, choose(backend).name, kept, limit, float(time_limit)
+    )
+
+
+def _run(
+    plan: Plan,
+    setup: Setup,
+    out: Path,
+    workers: int,
+    scheduler: str | None,
+    *,
+    retry_failed: bool,
+) -> Tally:
+    from dataclasses import replace
+
+    from simtip.provenance import environment
+    from simtip.sweep.forecast import remember_speeds
+    from simtip.sweep.pool import Pool
+    from simtip.sweep.progress import progress
+    from simtip.sweep.resuming import alone, open_table
+    from simtip.sweep.running import run_sweep
+
+    about = {
+        **environment(),
+        "backend": setup.backend,
+        "sweep": setup.sweep,
+        "scene": setup.scene,
+    }
+    pool = Pool(workers, scheduler)
+    if pool.local:
+        setup = replace(setup, threads=max(1, _cores() // workers))
+    try:
+        with alone(out):
+            table, done = open_table(out, plan, about, retry_failed=retry_failed)
+            table.compact()
+            before = int(done.sum())
+            with progress(len(plan)) as report:
+                try:
+                    tally = run_sweep(
+                        plan,
+                        table,
+                        setup,
+                        pool,
+                        done=lambda number: bool(done[number]),
+                        report=report,
+                        before=before,
+                    )
+                except KeyboardInterrupt:
+                    kept = len(table.keys())
+                    fail(
+                        f"interrupted with {kept} of {len(plan)} trials done; "
+                        "the same command goes on",
+                        INTERRUPTED,
+                    )
+            table.compact()
+            remember_speeds(plan, setup, table)
+            return tally
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be written ({reason})",
+            file=out,
+            remedy="free some space and give the same command: it goes on",
+        ) from error
+    finally:
+        pool.close()
+
+
+def summary_of(tally: Tally) -> dict[str, Any]:
+    """Give what a sweep did, as plain data."""
+    return {
+        "trials": tally.total,
+        "found": tally.before,
+        "done": tally.done,
+        "failed": dict(sorted(tally.failed.items())),
+        "worked_out": {name: tally.counts.get(name, 0) for name in ("light", "images", "measure")},
+        "crashes": tally.crashes,
+        "seconds": tally.seconds,
+    }
+
+
+def _in_words(said: dict[str, Any], out: Path) -> str:
+    made = said["worked_out"]
+    lines = [
+        f"{said['trials']} trials: {said['found']} found done, {said['done']} done now in "
+        f"{said['seconds']:.1f} s",
+        f"worked out: {made['light']} renders, {made['images']} pairs of images, "
+        f"{made['measure']} measurements",
+    ]
+    if said["failed"]:
+        many = ", ".join(f"{count} {status}" for status, count in said["failed"].items())
+        lines.append(f"without a tip: {many}")
+    return "\n".join([*lines, f"written to {out}; see `simtip results {out}`"])
+
+
+def _foretell(plan: Plan, setup: Setup, workers: int, *, as_json: bool) -> None:
+    from simtip.sweep.forecast import forecast, in_words
+
+    said = forecast(plan, setup, workers)
+    if as_json:
+        print_json(said)
+    else:
+        say(in_words(said))

@@ -1,0 +1,1 @@
+"""Many trials of one scene, over what a sweep file varies."""

@@ -1,0 +1,704 @@
+"""Results kept under the digest of all that they depend on, shared by every process of a machine.
+
+What is kept can always be worked out again, so a cache that fails costs time and nothing else: no
+call here raises because the disk is full or the folder is gone. An entry is a folder that is whole
+or not there at all, whoever is killed when; a log is a file of short records, each whole or
+skipped. What was not used for longest goes first when the cache is full.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+import socket
+import stat
+import sys
+import time
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+from simtip.errors import InputError
+
+if sys.platform != "win32":
+    import fcntl
+
+FOLDER_VARIABLE = "SIMTIP_CACHE"
+DEFAULT_LIMIT_BYTES = 20_000_000_000
+SIZE_OPTION = "--cache-size"
+
+LAYOUT = "v1"
+TEMPORARY = "tmp"
+LOCKS = "locks"
+LOG_ENDING = ".log"
+KIND = re.compile(r"[a-z]+")
+KEY = re.compile(r"[0-9a-f]{16,64}")
+
+BLOCK_BYTES = 4096
+"""Every file and every folder is taken to fill whole blocks of this size."""
+SHARE = 20
+"""A process looks through the whole cache when it has added 1/20 of the limit; then as much is
+left free, or a full cache would have to be looked through at every entry."""
+DAY_S = 86400.0
+ATTEMPTS = 10_000
+"""At locking a file that others remove meanwhile; without end where file numbers do not last."""
+
+UNITS = ("B", "kB", "MB", "GB", "TB")
+SIZE = re.compile(r"\s*([0-9]{1,15})(?:\.([0-9]{1,9}))?\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
+
+
+def default_folder() -> Path:
+    """Give the folder that ``SIMTIP_CACHE`` names, else this user's usual place for caches."""
+    named = os.environ.get(FOLDER_VARIABLE)
+    return Path(named) if named else user_cache_path("simtip")
+
+
+def parse_size(text: str) -> int:
+    """Read a size such as ``20GB`` or ``1.5 GiB``.
+
+    Parameters
+    ----------
+    text
+        A number and its unit: B, kB, MB, GB, TB or kiB, MiB, GiB, TiB, in small letters or large.
+
+    Returns
+    -------
+    int
+        Bytes; what a fraction leaves of a byte is dropped.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    found = SIZE.fullmatch(text)
+    if found is None:
+        raise InputError(
+            f"{text!r} is no size", field=SIZE_OPTION, remedy="write it like 20GB or 512MiB"
+        )
+    whole, fraction, prefix, binary = found.groups(default="")
+    unit: int = (1024 if binary else 1000) ** " kmgt".index(prefix.lower() or " ")
+    parts: int = 10 ** len(fraction)
+    return int(whole + fraction) * unit // parts
+
+
+def shown_size(n: int) -> str:
+    """Give bytes as people read them, three digits: ``1.53 GB``."""
+    size, unit = float(n), UNITS[0]
+    for unit in UNITS:
+        if size < 999.5 or unit == UNITS[-1]:
+            break
+        size /= 1000
+    return f"{size:.3g} {unit}" if size < 999.5 else f"{size:.0f} {unit}"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a cache holds of one kind.
+
+    Attributes
+    ----------
+    count
+        Entries and logs.
+    bytes
+        On the disk.
+    oldest_s, newest_s
+        When one of them was last used, s since 1970: the one longest ago, and the latest.
+    """
+
+    count: int
+    bytes: int
+    oldest_s: float
+    newest_s: float
+
+
+@dataclass(frozen=True)
+class _Item:
+    """An entry or a log as it was found: its kind, place, size and last use."""
+
+    kind: str
+    path: Path
+    bytes: int
+    used_ns: int
+
+
+class Cache:
+    """Entries and logs in a folder, under a kind and the digest of what they depend on.
+
+    Any number of processes may use one folder at a time. An instance may be handed to others; it
+    holds nothing open.
+
+    Parameters
+    ----------
+    folder
+        Where; it is made when something is put there. Only what is laid out as a cache is ever
+        removed from it.
+    limit_bytes
+        What it may fill, None for no limit. Each process that adds at the same time may pass it by
+        1/20.
+
+    Notes
+    -----
+    Every method that takes a kind and a key raises ValueError for a kind that is not ``[a-z]+``
+    and for a key that is not 16 to 64 hexadecimal digits in small letters.
+    """
+
+    def __init__(self, folder: Path, limit_bytes: int | None = DEFAULT_LIMIT_BYTES) -> None:
+        # A process may change its working folder.
+        self.folder = Path(os.path.abspath(folder))  # noqa: PTH100 (resolve follows links)
+        self.limit_bytes = limit_bytes
+        self._root = self.folder / LAYOUT
+        self._total: int | None = None  # bytes, when last looked through
+        self._added = 0  # bytes, by this process since
+
+    def check(self) -> None:
+        """Make the folder, and refuse one that can be neither written nor read.
+
+        Raises
+        ------
+        InputError
+            It is a file, for example.
+        """
+        try:
+            probe = self._temporary()
+            probe.mkdir()
+            probe.rmdir()
+        except (OSError, ValueError) as error:
+            # What others may write still serves.
+            if os.access(self._root, os.R_OK | os.X_OK) and self._root.is_dir():
+                return
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(
+                f"cannot be used as a cache ({reason})",
+                file=self.folder,
+                remedy="name another folder",
+            ) from error
+
+    def entry(self, kind: str, key: str) -> Path | None:
+        """Give the folder of an entry, and mark it as used now.
+
+        Another process may evict it while it is read: then its files are no longer found, and it
+        has to be taken as absent.
+
+        Returns
+        -------
+        Path or None
+            None if it is not there.
+        """
+        folder = self._place(kind, key)
+        if not os.path.isdir(folder):  # noqa: PTH112 (raises nothing)
+            return None
+        try:
+            os.utime(folder)
+        except FileNotFoundError:
+            return None
+        except OSError:
+            pass  # others' cache, or one that can only be read
+        return folder
+
+    def put(self, kind: str, key: str, write: Callable[[Path], None]) -> Path | None:
+        """Keep what a function writes, whole or not at all.
+
+        Parameters
+        ----------
+        write
+            Is given an empty folder to write files into. An OSError that it raises, or an
+            InputError about a file in that folder which could not be written, counts as a failure
+            of the cache. Any other exception is raised again, and nothing is kept.
+
+        Returns
+        -------
+        Path or None
+            The entry's folder, which another process may have put there first; None if nothing
+            could be kept: the disk is full, or this alone is larger than the limit.
+        """
+        target = self._place(kind, key)
+        try:
+            temporary = self._temporary()
+            temporary.mkdir()
+        except OSError:
+            return None
+        try:
+            size = _written(temporary, write)
+            if self.limit_bytes is not None and size > self.limit_bytes:
+                return None
+            _move(temporary, target)
+        except OSError:
+            return None
+        except InputError as error:
+            if not _tells_of_failed_write(error, temporary):
+                raise
+            return None
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)  # no longer there when all went well
+        self._count(size, target)
+        return target
+
+    @contextmanager
+    def lock(self, kind: str, key: str) -> Iterator[bool]:
+        """Let one process at a time work out an entry; the others wait until it is done.
+
+        The system frees the lock when its holder ends, however it ends. It is not re-entrant, and
+        a child that was forked while it was held holds it, too.
+
+        Yields
+        ------
+        bool
+            Whether it is locked; False where that is not possible, such as in a folder that can
+            only be read.
+        """
+        name = self._place(kind, key).name
+        path = self._root / LOCKS / f"{kind}-{name}"
+        descriptor, locked = None, False
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            descriptor, locked = _open_locked(path, os.O_RDWR | os.O_CREAT)
+        except OSError:
+            pass
+        try:
+            yield locked
+        finally:
+            if descriptor is not None:
+                _let_go(descriptor, path if locked else None)
+
+    def append(self, kind: str, key: str, line: str) -> None:
+        """Add a record to a log, whole or, when it cannot be written, not at all.
+
+        Parameters
+        ----------
+        line
+            Any text without line feeds, such as JSON.
+
+        Raises
+        ------
+        ValueError
+            There is a line feed in it.
+        """
+        record = _framed(line.encode("utf-8", "surrogatepass"))
+        path = self._log(kind, key)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            size = _append(path, record)
+        except OSError:
+            return
+        self._count(size, path)
+
+    def lines(self, kind: str, key: str) -> list[str]:
+        """Give the records of a log as they were added, and mark it as used now.
+
+        Records that a kill or a full disk cut short are left out, and only those.
+        """
+        path = self._log(kind, key)
+        try:
+            data = path.read_bytes()
+        except OSError:
+            return []
+        with suppress(OSError):
+            os.utime(path)
+        return list(_records(data))
+
+    def discard(self, kind: str, key: str) -> None:
+        """Remove what is kept under a key, entry and log, because it is damaged."""
+        for path in (self._place(kind, key), self._log(kind, key)):
+            self._remove(path)
+
+    def summary(self) -> dict[str, Kind]:
+        """Say what there is, by kind, in the order of the alphabet."""
+        found: dict[str, list[_Item]] = defaultdict(list)
+        for item in self._items():
+            found[item.kind].append(item)
+        return {kind: _summed(found[kind]) for kind in sorted(found)}
+
+    def clear(self, kind: str | None = None) -> int:
+        """Remove everything, or everything of one kind.
+
+        Returns
+        -------
+        int
+            Bytes freed.
+        """
+        return sum(item.bytes for item in self._items(kind) if self._remove(item.path))
+
+    def trim(self, limit_bytes: int) -> int:
+        """Remove what was not used for longest until the rest fits into a limit.
+
+        Returns
+        -------
+        int
+            Bytes freed.
+        """
+        items = list(self._items())
+        return self._evict(items, sum(item.bytes for item in items) - limit_bytes)
+
+    def sweep_up(self) -> int:
+        """Remove what killed processes left: unfinished folders, and files of locks.
+
+        That of processes of other machines and containers is removed when it is a day old.
+
+        Returns
+        -------
+        int
+            Bytes freed.
+        """
+        freed = 0
+        for found in _listed(self._root / TEMPORARY):
+            if _is_left_over(found):
+                size = _size(Path(found.path))
+                shutil.rmtree(found.path, ignore_errors=True)
+                freed += 0 if os.path.lexists(found.path) else size
+        for found in _listed(self._root / LOCKS):
+            _unlink_if_unlocked(Path(found.path))
+        return freed
+
+    def _place(self, kind: str, key: str) -> Path:
+        _check_kind(kind)
+        if KEY.fullmatch(key) is None:
+            raise ValueError(f"{key!r} is no key of a cache: 16 to 64 hexadecimal digits")
+        return self._root / kind / key[:2] / key
+
+    def _log(self, kind: str, key: str) -> Path:
+        place = self._place(kind, key)
+        return place.with_name(place.name + LOG_ENDING)
+
+    def _temporary(self) -> Path:
+        """Give the name of a folder to make, on the same file system, that nobody else knows."""
+        folder = self._root / TEMPORARY
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder / f"{_owner()}-{secrets.token_hex(8)}"
+
+    def _items(self, kind: str | None = None) -> Iterator[_Item]:
+        """Look through the cache, at least that of one kind; others may change it meanwhile."""
+        if kind is not None:
+            _check_kind(kind)
+        for place in _folders(self._root):
+            if place.name != kind and not (kind is None and _is_kind(place.name)):
+                continue
+            for shard in _folders(place):
+                for found in _listed(shard):
+                    item = _item(place.name, found)
+                    if item is not None:
+                        yield item
+
+    def _count(self, size: int, just_used: Path) -> None:
+        """Take note of added bytes; where they may pass the limit, look and make room."""
+        limit = self.limit_bytes
+        if limit is None:
+            return
+        self._added += size
+        known = self._total is not None and self._total + self._added <= limit
+        if known and self._added <= limit // SHARE:
+            return
+        items = list(self._items())
+        total = sum(item.bytes for item in items)
+        if total > limit:
+            kept = [i for i in items if i.path != just_used or i.bytes > limit]
+            total -= self._evict(kept, total - limit + limit // SHARE)
+        self._total, self._added = total, 0
+
+    def _evict(self, items: list[_Item], excess: int) -> int:
+        """Remove items, those not used for longest first, until so many bytes are freed."""
+        freed = 0
+        for item in sorted(items, key=lambda item: item.used_ns):
+            if freed >= excess:
+                break
+            if _last_use_ns(item.path) == item.used_ns:
+                self._remove(item.path)
+            # What another process evicts makes room as well; each would go on alone otherwise.
+            if not os.path.lexists(item.path):
+                freed += item.bytes
+        return freed
+
+    def _remove(self, path: Path) -> bool:
+        """Remove an entry or a log, and say whether this call did."""
+        if path.suffix == LOG_ENDING:
+            return _unlink_if_unlocked(path)
+        try:
+            temporary = self._temporary()
+            path.rename(temporary)  # readers find all of it or none
+        except OSError:
+            return False
+        shutil.rmtree(temporary, ignore_errors=True)
+        return True
+
+
+def _is_kind(name: str) -> bool:
+    return KIND.fullmatch(name) is not None and name not in {TEMPORARY, LOCKS}
+
+
+def _check_kind(kind: str) -> None:
+    if not _is_kind(kind):
+        raise ValueError(f"{kind!r} is no kind of a cache: small letters")
+
+
+def _listed(folder: Path) -> list[os.DirEntry[str]]:
+    """List a folder; one that is gone, or may not be read, has nothing in it."""
+    try:
+        with os.scandir(folder) as found:
+            return list(found)
+    except OSError:
+        return []
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    """Give the folders in a folder; links to folders elsewhere are none."""
+    for found in _listed(folder):
+        if _is_folder(found):
+            yield Path(found.path)
+
+
+def _is_folder(found: os.DirEntry[str]) -> bool:
+    try:
+        return found.is_dir(follow_symlinks=False)
+    except OSError:
+        return False
+
+
+def _below(folder: Path) -> Iterator[os.DirEntry[str]]:
+    """Give all that is in a folder and in the folders in it."""
+    for found in _listed(folder):
+        yield found
+        if _is_folder(found):
+            yield from _below(Path(found.path))
+
+
+def _size(folder: Path) -> int:
+    """Give the bytes that a folder and all below it fill on the disk."""
+    size = BLOCK_BYTES
+    for found in _below(folder):
+        with suppress(OSError):
+            is_folder = _is_folder(found)
+            size += (
+                BLOCK_BYTES if is_folder else _in_blocks(found.stat(follow_symlinks=False).st_size)
+            )
+    return size
+
+
+def _in_blocks(size: int) -> int:
+    return -(-size // BLOCK_BYTES) * BLOCK_BYTES
+
+
+def _item(kind: str, found: os.DirEntry[str]) -> _Item | None:
+    """Give what was found if it is an entry or a log."""
+    name, path = found.name, Path(found.path)
+    is_log = name.endswith(LOG_ENDING)
+    if KEY.fullmatch(name.removesuffix(LOG_ENDING)) is None:
+        return None
+    try:
+        status = found.stat(follow_symlinks=False)
+    except OSError:
+        return None
+    if is_log and stat.S_ISREG(status.st_mode):
+        return _Item(kind, path, _in_blocks(status.st_size), status.st_mtime_ns)
+    if not is_log and stat.S_ISDIR(status.st_mode):
+        return _Item(kind, path, _size(path), status.st_mtime_ns)
+    return None
+
+
+def _summed(items: list[_Item]) -> Kind:
+    used_s = [item.used_ns / 1e9 for item in items]
+    return Kind(len(items), sum(item.bytes for item in items), min(used_s), max(used_s))
+
+
+def _last_use_ns(path: Path) -> int | None:
+    try:
+        return path.stat(follow_symlinks=False).st_mtime_ns
+    except OSError:
+        return None
+
+
+def _written(folder: Path, write: Callable[[Path], None]) -> int:
+    """Let the function write, see it safely onto the disk, and give its size in bytes."""
+    write(folder)
+    if os.name == "posix":
+        # A rename may outlive a power cut when what was written does not; and some file systems
+        # find only now that the disk is full.
+        for found in _below(folder):
+            if found.is_file(follow_symlinks=False):
+                _synchronise(found.path)
+        with suppress(OSError):
+            _synchronise(folder)
+    os.utime(folder)
+    return _size(folder)
+
+
+def _synchronise(path: str | Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _move(source: Path, target: Path) -> None:
+    """Rename a folder, unless another process was first with what has the same name."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        source.rename(target)
+    except OSError:
+        if not target.is_dir():
+            raise
+
+
+def _tells_of_failed_write(error: InputError, folder: Path) -> bool:
+    """Say whether it is an OSError in this folder, put into words."""
+    inside = error.file is not None and Path(error.file).is_relative_to(folder)
+    return inside and isinstance(error.__cause__, OSError)
+
+
+def _owner() -> str:
+    """Give a name of this process that is unlike those of other machines and containers."""
+    host = re.sub(r"[^A-Za-z0-9.]", "_", socket.gethostname())[:64]
+    try:
+        # Containers that share a machine's name may each have a process of this number.
+        namespace = Path("/proc/self/ns/pid").stat().st_ino
+    except OSError:
+        namespace = 0
+    return f"{host}-{namespace}-{os.getpid()}"
+
+
+def _is_left_over(found: os.DirEntry[str]) -> bool:
+    try:
+        if time.time() - found.stat(follow_symlinks=False).st_mtime > DAY_S:
+            return True
+    except OSError:
+        return False
+    owner = found.name.rpartition("-")[0]
+    place, _, number = owner.rpartition("-")
+    if place != _owner().rpartition("-")[0] or not re.fullmatch("[0-9]{1,10}", number):
+        return False
+    return not _is_alive(int(number))
+
+
+def _is_alive(process: int) -> bool:
+    if os.name != "posix":
+        return True  # elsewhere the signal 0 is no mere question
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        pass  # somebody else's
+    return True
+
+
+def _flock(descriptor: int, *, wait: bool) -> bool:
+    """Lock an open file, and say whether that is possible here.
+
+    Raises
+    ------
+    BlockingIOError
+        Another holds it, and this shall not wait.
+    """
+    if sys.platform == "win32":
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except BlockingIOError:
+        raise
+    except OSError:
+        return False
+    return True
+
+
+def _open_locked(path: Path, flags: int, *, wait: bool = True) -> tuple[int, bool]:
+    """Open and lock a file that others may remove while they hold the lock.
+
+    Returns
+    -------
+    tuple
+        The descriptor, and whether it is locked; if so, the path still names that file.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened; or another holds it, and this shall not wait.
+    """
+    for _ in range(ATTEMPTS):
+        descriptor = os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666)
+        try:
+            locked = _flock(descriptor, wait=wait)
+            if not locked or _names(path, descriptor):
+                return descriptor, locked
+        except BaseException:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)
+    return os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666), False
+
+
+def _names(path: Path, descriptor: int) -> bool:
+    """Say whether a path still names an open file."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _let_go(descriptor: int, path: Path | None) -> None:
+    """Close a file and so free its lock; `path` is removed first, while nobody else has it."""
+    try:
+        if path is not None:
+            with suppress(OSError):
+                path.unlink()
+            if sys.platform != "win32":
+                # A child forked meanwhile would keep it locked.
+                fcntl.flock(descriptor, fcntl.LOCK_UN)
+    finally:
+        os.close(descriptor)
+
+
+def _unlink_if_unlocked(path: Path) -> bool:
+    """Remove a file unless another holds its lock, and say whether this call did."""
+    try:
+        descriptor, locked = _open_locked(path, os.O_RDWR, wait=False)
+    except OSError:
+        return False
+    if locked:
+        _let_go(descriptor, path)
+        return not path.exists()
+    os.close(descriptor)
+    try:
+        path.unlink()
+    except OSError:
+        return False
+    return True
+
+
+def _append(path: Path, record: bytes) -> int:
+    """Write a record at the end of a file in one go, and give the bytes that it added."""
+    descriptor, _ = _open_locked(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    try:
+        before = os.fstat(descriptor).st_size
+        os.write(descriptor, record)
+        return _in_blocks(os.fstat(descriptor).st_size) - _in_blocks(before)
+    finally:
+        os.close(descriptor)
+
+
+def _framed(payload: bytes) -> bytes:
+    """Give a record: it begins a line, so that one cut short does not spoil the next.
+
+    Raises
+    ------
+    ValueError
+        There is a line feed in it.
+    """
+    if b"\n" in payload:
+        raise ValueError("a record of a log is one line")
+    return b"\n%d %08x %s" % (len(payload), zlib.crc32(payload), payload)
+
+
+def _records(data: bytes) -> Iterator[str]:
+    """Give what the whole records of a log say."""
+    for record in data.split(b"\n"):
+        parts = record.split(b" ", 2)
+        if len(parts) == 3 and _framed(parts[2])[1:] == record:
+            with suppress(UnicodeDecodeError):
+                yield parts[2].decode("utf-8", "surrogatepass")

@@ -1,0 +1,332 @@
+"""All trials of a sweep by number: which values, which repeat, which detector.
+
+Trials are numbered so that those which share a render stand together, and within them those that
+share their images. Nothing is listed: a trial is worked out from its number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from simtip.errors import InputError
+from simtip.light_inputs import light_digest
+from simtip.mix import steady_weights
+from simtip.noise_budget import noise_tolerance
+from simtip.spec import SceneSpec
+from simtip.sweep.assignment import Scenes
+from simtip.sweep.detectors import Measuring, measuring
+from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
+from simtip.sweep.spec import GridSpec, RangeSpec, SampledSpec, SweepSpec
+from simtip.sweep.stage_keys import digest_of
+
+DETECT = "detect."
+NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
+"""Fields that count after the images only."""
+
+MOST_CHECKED = 40
+"""Levels of a factor that are tried before a sweep begins; of more, these many, spread."""
+
+MOST_TRIALS = 10**12
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial.
+
+    Attributes
+    ----------
+    number
+        In the plan.
+    values
+        Of the scene's fields, without the detector's parameters.
+    repeat
+        0, 1, ...
+    measuring
+        Which detector, with its parameters.
+    factors
+        What the table says of it, by column.
+    """
+
+    number: int
+    values: Mapping[str, Any]
+    repeat: int
+    measuring: Measuring
+    factors: Mapping[str, Any]
+
+
+class Plan:
+    """The trials of a sweep.
+
+    Parameters
+    ----------
+    spec
+        The sweep.
+    scene
+        Its scene, as it is in its file.
+    allowed
+        Detectors that are programs or modules, which the caller is willing to run.
+    name
+        Of the sweep's file, for messages.
+
+    Raises
+    ------
+    InputError
+        A field or a parameter does not exist, or a value does not fit.
+    """
+
+    def __init__(
+        self, spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...] = (), name: str = ""
+    ) -> None:
+        self.spec, self.allowed = spec, allowed
+        self.scenes = Scenes(Scenes(scene, name).with_values(spec.base), name)
+        self.base = self.scenes.base
+        self.seed = self.base.seed if spec.seed is None else spec.seed
+        self.detectors = measuring(spec, self.base, allowed)
+        self.rendered, self.mixed, self.measured = self._dimensions()
+
+    def __len__(self) -> int:
+        """Give the number of trials."""
+        return math.prod(self.sizes)
+
+    @cached_property
+    def sizes(self) -> tuple[int, ...]:
+        """How many there are of each digit of a trial's number, the last the quickest."""
+        repeats, detectors = self.spec.repeats, len(self.detectors)
+        if self.sampled is not None:
+            return (self.sampled.points, repeats, detectors)
+        slow = [len(one.levels) for one in (*self.rendered, *self.mixed)]
+        return (*slow, repeats, detectors, *(len(one.levels) for one in self.measured))
+
+    @property
+    def block(self) -> int:
+        """How many trials in a row share their render, as far as the plan can tell."""
+        if self.sampled is not None:
+            return math.prod(self.sizes[1:]) if self.rendered else len(self)
+        return math.prod(self.sizes[len(self.rendered) :])
+
+    @property
+    def dimensions(self) -> tuple[Dimension, ...]:
+        """All of them, slowest first."""
+        return (*self.rendered, *self.mixed, *self.measured)
+
+    @property
+    def sampled(self) -> SampledSpec | None:
+        """The design, if it is no grid."""
+        return None if isinstance(self.spec.design, GridSpec) else self.spec.design
+
+    @cached_property
+    def _points(self) -> Any:
+        if self.sampled is None:
+            raise ValueError("a grid has no points")
+        # In the file's order: what a field is rendered for may change with simtip's version.
+        order = {paths: k for k, paths in enumerate(sorted(d.paths for d in self.dimensions))}
+        spread = points(self.sampled, len(self.dimensions))
+        return spread[:, [order[one.paths] for one in self.dimensions]]
+
+    def trial(self, number: int) -> Trial:
+        """Work out a trial."""
+        digits = mixed_radix(number, self.sizes)
+        if self.sampled is not None:
+            point, repeat, detector = digits
+            chosen = [
+                one.at(float(share))
+                for one, share in zip(self.dimensions, self._points[point], strict=True)
+            ]
+        else:
+            slow = len(self.rendered) + len(self.mixed)
+            repeat, detector = digits[slow : slow + 2]
+            levels = digits[:slow] + digits[slow + 2 :]
+            chosen = [one.levels[k] for one, k in zip(self.dimensions, levels, strict=True)]
+        factors = {
+            path: value
+            for one, values in zip(self.dimensions, chosen, strict=True)
+            for path, value in zip(one.paths, values, strict=True)
+        }
+        values = {path: value for path, value in factors.items() if not path.startswith(DETECT)}
+        parameters = {
+            path.removeprefix(DETECT): value
+            for path, value in factors.items()
+            if path.startswith(DETECT)
+        }
+        seen = self.detectors[detector].with_parameters(parameters)
+        return Trial(number, values, repeat, seen, factors)
+
+    def key(self, trial: Trial) -> str:
+        """Give what tells a trial from any other, in any sweep of the same scene."""
+        said = {path: trial.factors[path] for path in sorted(trial.factors)}
+        return digest_of([self._root, said, trial.repeat, trial.measuring.identity])[:32]
+
+    @cached_property
+    def _root(self) -> str:
+        return digest_of([self.base.model_dump(mode="json", exclude={"detect"}), self.seed])
+
+    @property
+    def digest(self) -> str:
+        """Give what tells this plan's numbering of trials from another's."""
+        levels = [[list(one.paths), one.levels, repr(one.span)] for one in self.dimensions]
+        identities = [one.identity for one in self.detectors]
+        design = self.spec.design.model_dump(mode="json")
+        return digest_of([self._root, levels, self.spec.repeats, identities, design])
+
+    def reference(self, trial: Trial) -> SceneSpec:
+        """Give the scene that is rendered for a trial.
+
+        It has the fields the light depends on, and of all others the values that ask for the least
+        noise. So one render serves all lamp powers and exposures, whichever trial comes first.
+        """
+        rendered = {path for one in self.rendered for path in one.paths}
+        kept = {path: value for path, value in trial.values.items() if path in rendered}
+        return self.scenes.with_values({**self._strictest, **kept})
+
+    @cached_property
+    def _strictest(self) -> dict[str, Any]:
+        """Of each factor that does not change the light, the level that asks for least noise."""
+        chosen: dict[str, Any] = {}
+        for one in self.mixed:
+            tried = list(_some(one))
+            asked = [
+                _noise_asked(self.scenes.with_values(dict(zip(one.paths, level, strict=True))))
+                for level in tried
+            ]
+            chosen |= dict(zip(one.paths, tried[int(np.argmin(asked))], strict=True))
+        return chosen
+
+    def columns(self) -> list[tuple[str, str]]:
+        """Give name and kind ("int", "float", "text", "bool") of every factor's column."""
+        found = []
+        for one in self.dimensions:
+            for k, path in enumerate(one.paths):
+                seen = {_kind(level[k]) for level in one.levels}
+                if one.span is not None:
+                    seen = {"int" if one.whole else "float"}
+                found.append((path, _common(seen)))
+        return found
+
+    def _dimensions(
+        self,
+    ) -> tuple[tuple[Dimension, ...], tuple[Dimension, ...], tuple[Dimension, ...]]:
+        """Sort what varies by the stage that it changes: light, images, measurement."""
+        made = [self._dimension(path, given) for path, given in self.spec.factors.items()]
+        made += [
+            Dimension(tuple(group), tuple(zip(*group.values(), strict=True)))
+            for group in self.spec.zipped
+            if group
+        ]
+        rendered, mixed, measured = [], [], []
+        for one in made:
+            self._check(one)
+            stage = self._stage(one)
+            {"light": rendered, "images": mixed, "measure": measured}[stage].append(one)
+        total = math.prod([max(len(one.levels), 1) for one in made])
+        if total * self.spec.repeats * len(self.detectors) > MOST_TRIALS:
+            raise InputError(
+                f"makes more than {MOST_TRIALS:.0e} trials", field="factors", remedy="vary less"
+            )
+        return tuple(rendered), tuple(mixed), tuple(measured)
+
+    def _dimension(self, path: str, given: RangeSpec | list[Any]) -> Dimension:
+        if isinstance(given, list):
+            return Dimension((path,), tuple((value,) for value in given))
+        whole = self._whole(path)
+        if given.count is None and given.step is None:
+            if self.sampled is None:
+                raise InputError(
+                    "says neither count nor step", field=path, remedy="add count, or a design"
+                )
+            return Dimension((path,), (), given, whole)
+        return Dimension((path,), tuple((value,) for value in values_of(given, whole=whole)))
+
+    def _whole(self, path: str) -> bool:
+        """Say whether a field takes whole numbers only."""
+        if path.startswith(DETECT):
+            name = path.removeprefix(DETECT)
+            types = [one.type_of(name) for one in self.detectors]
+            return any(kind.split(" ")[0] == "int" for kind in types if kind)
+        value = self.scenes.value(path)
+        return isinstance(value, int) and not isinstance(value, bool)
+
+    def _check(self, one: Dimension) -> None:
+        """Try every level on its own."""
+        for level in _some(one):
+            values = dict(zip(one.paths, level, strict=True))
+            scene = {path: v for path, v in values.items() if not path.startswith(DETECT)}
+            if "detect" in scene or "detect.name" in values:
+                raise InputError(
+                    "is varied by detectors", field="detect", remedy="list them in detectors"
+                )
+            if scene:
+                self.scenes.with_values(scene)
+            asked = {p.removeprefix(DETECT): v for p, v in values.items() if p.startswith(DETECT)}
+            for name, value in asked.items():
+                self._check_parameter(name, value)
+
+    def _check_parameter(self, name: str, value: object) -> None:
+        taking = [one for one in self.detectors if one.type_of(name) is not None]
+        if not taking:
+            known = sorted({p for one in self.detectors for p in one.declared})
+            raise InputError(
+                "is no parameter of the sweep's detectors",
+                field=f"{DETECT}{name}",
+                remedy=_nearest(name, known),
+            )
+        for one in taking:
+            one.with_parameters({name: value}).configured()
+
+    def _stage(self, one: Dimension) -> str:
+        if all(path.startswith((DETECT, *NOT_RENDERED)) for path in one.paths):
+            return "measure"
+        base = light_digest(self.base)
+        for level in _some(one):
+            values = dict(zip(one.paths, level, strict=True))
+            scene = {path: v for path, v in values.items() if not path.startswith(DETECT)}
+            if light_digest(self.scenes.with_values(scene)) != base:
+                return "light"
+        return "images"
+
+
+def _some(one: Dimension) -> Iterator[tuple[Any, ...]]:
+    """Give a dimension's levels, a few of many; of a range, its ends."""
+    if one.span is not None:
+        yield one.at(0.0)
+        yield one.at(1 - 1e-12)
+        return
+    few = min(len(one.levels), MOST_CHECKED)
+    for k in np.unique(np.linspace(0, len(one.levels) - 1, few).round().astype(int)):
+        yield one.levels[k]
+
+
+def _noise_asked(spec: SceneSpec) -> float:
+    """Give the relative noise that a scene allows its render, where all its lamps shine."""
+    allowed = noise_tolerance(spec)
+    radiance = steady_weights(spec).sum(axis=0).astype(np.float32)
+    if allowed is None or not radiance.any():
+        return 1.0
+    return float(allowed(radiance[None], radiance)[0] / radiance.mean())
+
+
+def _kind(value: Any) -> str:
+    if isinstance(value, bool):
+        return "bool"
+    if isinstance(value, int):
+        return "int"
+    return "float" if isinstance(value, float) else "none" if value is None else "text"
+
+
+def _common(kinds: set[str]) -> str:
+    kinds = kinds - {"none"}
+    if len(kinds) == 1:
+        return kinds.pop()
+    return "float" if kinds and kinds <= {"int", "float"} else "text"
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    import difflib
+
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {DETECT}{close[0]}?" if close else f"known: {', '.join(known)}"

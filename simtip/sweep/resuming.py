@@ -1,0 +1,143 @@
+"""A sweep's folder: made anew, gone on with, or brought to a changed sweep file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.errors import InputError
+from simtip.sweep.plan import Plan
+from simtip.sweep.rows import factor_cells
+from simtip.sweep.table import HEAD, OK, Column, Row, Table, columns_for
+
+LOCK = ".lock"
+
+BATCH = 20_000
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Keep other sweeps out of a folder within the block; a killed one leaves it free.
+
+    Raises
+    ------
+    InputError
+        Another is at work in it, or it cannot be made or written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise InputError(
+            f"cannot be written ({error.strerror})", file=folder, remedy="name another folder"
+        ) from error
+    try:
+        if not _locked(descriptor):
+            raise InputError(
+                "another sweep is at work in it", file=folder, remedy="wait, or name another folder"
+            )
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _locked(descriptor: int) -> bool:
+    try:
+        import fcntl
+    except ImportError:  # no such thing on this system
+        return True
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def open_table(
+    folder: Path, plan: Plan, provenance: dict[str, Any], *, retry_failed: bool
+) -> tuple[Table, NDArray[np.bool_]]:
+    """Give the table of a sweep, and which trials of the plan are in it.
+
+    Rows of a sweep file that has changed meanwhile are kept as far as they are still asked for.
+
+    Parameters
+    ----------
+    folder
+        Of the sweep; `alone` in it.
+    plan
+        What is asked for.
+    provenance
+        What the table says of itself, besides the plan.
+    retry_failed
+        Whether trials that failed count as not done.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    OSError
+        The disk is full.
+    """
+    columns = columns_for(Column(name, kind) for name, kind in plan.columns())
+    about = {**provenance, "plan": plan.digest, "trials": len(plan)}
+    if not (folder / HEAD).exists():
+        strangers = [entry.name for entry in folder.iterdir() if entry.name != LOCK]
+        if strangers:
+            raise InputError(
+                f"holds something else ({strangers[0]})", file=folder, remedy="name another folder"
+            )
+        return Table.create(folder, columns, about), np.zeros(len(plan), np.bool_)
+    table = Table.open(folder)
+    if table.provenance.get("plan") != plan.digest or table.columns != columns:
+        _bring_over(table, plan, columns, about)
+    return table, _done(table, len(plan), retry_failed=retry_failed)
+
+
+def _done(table: Table, trials: int, *, retry_failed: bool) -> NDArray[np.bool_]:
+    done = np.zeros(trials, np.bool_)
+    for rows in table.batches():
+        for row in rows:
+            number = row["trial"]
+            if isinstance(number, int) and 0 <= number < trials:
+                done[number] = row["status"] == OK or not retry_failed
+    return done
+
+
+def _bring_over(
+    table: Table, plan: Plan, columns: tuple[Column, ...], about: dict[str, Any]
+) -> None:
+    """Keep the rows that the changed plan still asks for, under their new numbers."""
+    old = {str(row["key"]): row for rows in table.batches() for row in rows}
+    names = {column.name for column in columns}
+    kinds = dict(plan.columns())
+
+    def kept() -> Iterator[list[Row]]:
+        batch: list[Row] = []
+        for number in range(len(plan)) if old else ():
+            trial = plan.trial(number)
+            row = old.get(plan.key(trial))
+            if row is not None:
+                same = {name: value for name, value in row.items() if name in names}
+                batch.append({**same, "trial": number, **factor_cells(trial, kinds)})
+            if len(batch) >= BATCH:
+                yield batch
+                batch = []
+        if batch:
+            yield batch
+
+    table.rewrite(columns, kept(), about)
+
+
+def as_json(plan: Plan) -> tuple[str, str]:
+    """Give a plan's sweep and scene as JSON, to make it again elsewhere."""
+    spec = plan.spec.model_copy(update={"base": {}})
+    # What is unset has to stay so: a preset fills it up.
+    return spec.model_dump_json(by_alias=True), plan.base.model_dump_json(exclude_unset=True)

@@ -1,0 +1,277 @@
+"""A trial's stages, each with a memory: light, images, measurement."""
+
+from __future__ import annotations
+
+import json
+import time
+import zlib
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from simtip.detect import ConfiguredDetector
+from simtip.errors import InputError
+from simtip.light_file import Lights, lights_name, read_lights, write_lights
+from simtip.measuring_rig import measuring_rig
+from simtip.noise_budget import noise_tolerance
+from simtip.render import Backend, View, render_pair
+from simtip.render.threads import limit_threads
+from simtip.seeding import SEED_LIMIT
+from simtip.sensor import Image
+from simtip.simulation import expose_pair
+from simtip.spec import SceneSpec
+from simtip.sweep.cache import Cache
+from simtip.sweep.limit import Limit
+from simtip.sweep.plan import Plan, Trial
+from simtip.sweep.rows import failed, record_of, row_of
+from simtip.sweep.stage_keys import digest_of, image_inputs, image_key, light_key, measure_key
+from simtip.trial import measured, refiner_of
+from simtip.truth import SceneTruth, scene_truth
+
+SIDES = ("left", "right")
+LIGHT, IMAGES, MEASURE = "light", "images", "measure"
+"""Kinds of entries in the cache."""
+
+Row = dict[str, object]
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A pair of images and what a table says of how they came about."""
+
+    images: tuple[Image, Image]
+    exposure_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What the trials of one scene and repeat share.
+
+    Attributes
+    ----------
+    spec
+        The scene.
+    truth
+        What is true of it.
+    light, images
+        Keys.
+    rendered
+        The scene whose light it is.
+    seed
+        Of the sensors' noise.
+    """
+
+    spec: SceneSpec
+    truth: SceneTruth
+    light: str
+    images: str
+    rendered: SceneSpec
+    seed: int
+
+
+class Memory(OrderedDict[str, Any]):
+    """The last few things that were made, by key."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self._most = most
+
+    def give(self, key: str, make: Callable[[], Made]) -> Made:
+        """Give what is kept under a key, or make it."""
+        if key in self:
+            self.move_to_end(key)
+        else:
+            while len(self) >= self._most:
+                self.popitem(last=False)
+            self[key] = make()
+        found: Made = self[key]
+        return found
+
+
+class Stages:
+    """Works out trials, each stage once.
+
+    Parameters
+    ----------
+    plan
+        The sweep's.
+    cache
+        Keeps what the stages make; None keeps it in memory only.
+    backend
+        What renders.
+    limit
+        Of a trial's time, without rendering.
+    threads
+        That the renderer may use; None is all.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        cache: Cache | None,
+        backend: Backend,
+        limit: Limit,
+        *,
+        threads: int | None = None,
+    ) -> None:
+        self.limit, self._threads = limit, threads
+        self._plan, self._cache, self._backend = plan, cache, backend
+        self._settings, self._shots, self._lights = Memory(4), Memory(2), Memory(1)
+        self._detectors = Memory(1000)
+        self._kinds = dict(plan.columns())
+        self.counts = {LIGHT: 0, IMAGES: 0, MEASURE: 0}
+        """How often each stage was worked out."""
+
+    def row(self, trial: Trial) -> Row:
+        """Give a trial's row of the table; what fails is a row with its reason."""
+        key = self._plan.key(trial)
+        try:
+            setting = self._setting(trial)
+            found = self._measured(trial, setting)
+        except InputError as error:
+            return failed(trial, key, "invalid", str(error), self._kinds)
+        return row_of(trial, key, setting, found, self._kinds)
+
+    def light(self, trial: Trial) -> None:
+        """See to it that a trial's light is there."""
+        setting = self._setting(trial)
+        if self._cache is None or self._cache.entry(LIGHT, setting.light) is None:
+            self._lights.give(setting.light, lambda: self._rendered(setting, {}))
+
+    def _setting(self, trial: Trial) -> Setting:
+        name = digest_of([dict(trial.values), trial.repeat])
+        return self._settings.give(name, lambda: self._new_setting(trial))
+
+    def _new_setting(self, trial: Trial) -> Setting:
+        spec = self._plan.scenes.with_values(trial.values)
+        truth = scene_truth(spec)
+        rendered = self._plan.reference(trial)
+        light = light_key(rendered, self._backend.variant)
+        inputs = image_inputs(spec)
+        seed = int(digest_of([self._plan.seed, inputs, trial.repeat])[:13], 16) % SEED_LIMIT
+        return Setting(spec, truth, light, image_key(light, inputs, seed), rendered, seed)
+
+    def _measured(self, trial: Trial, setting: Setting) -> Row:
+        spec = setting.spec.model_copy(update={"detect": trial.measuring.spec})
+        key = measure_key(setting.images, spec)
+        known = self._recalled(setting.images, key)
+        if known is not None:
+            return known
+        timings: dict[str, float] = {}
+        shot = self._shots.give(setting.images, lambda: self._shot(setting, timings))
+        detector, rig, refiner = self._measuring(trial, spec)
+        self.counts[MEASURE] += 1
+        measurement, error = measured(
+            shot.images, setting.truth, spec, detector, rig=rig, refiner=refiner
+        )
+        record = record_of(measurement, error, setting.truth, shot.exposure_s)
+        if self._cache is not None and key is not None:
+            said = json.dumps({"key": key, "record": record}, allow_nan=False)
+            self._cache.append(MEASURE, setting.images, said)
+        return {**record, **timings}
+
+    def _recalled(self, images: str, key: str | None) -> Row | None:
+        if self._cache is None or key is None:
+            return None
+        for line in reversed(self._cache.lines(MEASURE, images)):
+            try:
+                said = json.loads(line)
+            except ValueError:
+                continue
+            if isinstance(said, dict) and said.get("key") == key:
+                record = said.get("record")
+                return record if isinstance(record, dict) else None
+        return None
+
+    def _measuring(self, trial: Trial, spec: SceneSpec) -> tuple[ConfiguredDetector, Any, Any]:
+        name = digest_of([trial.measuring.identity, digest_of(image_inputs(spec)), spec.rig.measured])
+        name += spec.refine.name
+        return self._detectors.give(
+            name, lambda: (trial.measuring.configured(), measuring_rig(spec), refiner_of(spec))
+        )
+
+    def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
+        if self._cache is not None:
+            folder = self._cache.entry(IMAGES, setting.images)
+            shot = None if folder is None else _read_shot(folder)
+            if shot is not None:
+                return shot
+            if folder is not None:
+                self._cache.discard(IMAGES, setting.images)
+        with self.limit.paused():
+            views = self._lights.give(setting.light, lambda: self._lit(setting, timings))
+        start = time.perf_counter()
+        done = expose_pair(
+            setting.spec,
+            views,
+            seed=setting.seed,
+            backend=self._backend,
+            light_seed=setting.rendered.seed,
+        )
+        timings["sensor_s"] = time.perf_counter() - start
+        self.counts[IMAGES] += 1
+        shot = Shot(done.images, done.spec.sensor.exposure_s)
+        if self._cache is not None:
+            self._cache.put(IMAGES, setting.images, lambda folder: _write_shot(folder, shot))
+        return shot
+
+    def _lit(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
+        if self._cache is None:
+            return self._rendered(setting, timings)
+        with self._cache.lock(LIGHT, setting.light):
+            folder = self._cache.entry(LIGHT, setting.light)
+            if folder is not None:
+                try:
+                    left, right = (read_lights(folder / lights_name(side)) for side in SIDES)
+                except InputError:
+                    self._cache.discard(LIGHT, setting.light)
+                else:
+                    return left.view, right.view
+            return self._rendered(setting, timings)
+
+    def _rendered(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
+        spec = setting.rendered
+        if self._threads is not None:
+            limit_threads(self._threads)
+        start = time.perf_counter()
+        views = render_pair(
+            spec, backend=self._backend, seed=spec.seed, tolerance=noise_tolerance(spec)
+        )
+        timings["render_s"] = time.perf_counter() - start
+        self.counts[LIGHT] += 1
+
+        def write(folder: Path) -> None:
+            for side, view in zip(SIDES, views, strict=True):
+                write_lights(folder / lights_name(side), Lights(view, spec, spec.seed, side))
+
+        if self._cache is not None:
+            self._cache.put(LIGHT, setting.light, write)
+        return views
+
+
+def _write_shot(folder: Path, shot: Shot) -> None:
+    about: dict[str, Any] = {"exposure_s": shot.exposure_s}
+    for side, image in zip(SIDES, shot.images, strict=True):
+        np.save(folder / f"{side}.npy", image, allow_pickle=False)
+        about[side] = zlib.crc32(np.ascontiguousarray(image).data)
+    (folder / "about.json").write_text(json.dumps(about), encoding="utf-8")
+
+
+def _read_shot(folder: Path) -> Shot | None:
+    """Read a pair of images; None if they are not as they were written."""
+    try:
+        about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
+        images = [np.load(folder / f"{side}.npy", allow_pickle=False) for side in SIDES]
+        whole = all(
+            zlib.crc32(np.ascontiguousarray(image).data) == about[side]
+            for side, image in zip(SIDES, images, strict=True)
+        )
+        exposure_s = float(about["exposure_s"])
+    except (OSError, ValueError, KeyError, TypeError, EOFError):
+        return None
+    return Shot((images[0], images[1]), exposure_s) if whole else None

@@ -1,0 +1,121 @@
+"""Sweep files: YAML in, a checked sweep and its scene out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from simtip.errors import InputError
+from simtip.scene_file import load_scene
+from simtip.spec import SceneSpec
+from simtip.sweep.spec import SweepSpec
+from simtip.yaml_file import Document, FieldPath, dotted, load_yaml, shown, undotted
+
+REMEDY = "see docs/sweeps.md, or start from a file in scenes/sweeps/"
+
+
+@dataclass(frozen=True)
+class SweepFile:
+    """A sweep together with the file it came from, and its scene.
+
+    Attributes
+    ----------
+    spec
+        The sweep.
+    scene
+        The scene it names, as it is in its file.
+    document
+        The file's plain data and line numbers.
+    """
+
+    spec: SweepSpec
+    scene: SceneSpec
+    document: Document
+
+    def located(self, error: InputError) -> InputError:
+        """Give an error about a field of the scene the sweep file's line."""
+        if error.file is not None or error.field is None:
+            return error
+        field = self._home(error.field)
+        return InputError(
+            error.problem,
+            file=self.document.file,
+            line=self.document.line(field),
+            field=error.field,
+            remedy=error.remedy,
+        )
+
+    def _home(self, field: str) -> FieldPath:
+        """Find where the sweep file gives a scene's field, or a part around it."""
+        for path in self.spec.factors:
+            if field == path or field.startswith((f"{path}.", f"{path}[")):
+                return ("factors", path)
+        for path in self.spec.base:
+            if field == path or field.startswith((f"{path}.", f"{path}[")):
+                return ("base", path)
+        for number, group in enumerate(self.spec.zipped):
+            for path in group:
+                if field == path or field.startswith((f"{path}.", f"{path}[")):
+                    return ("zipped", number, path)
+        return undotted(field)
+
+
+def read_sweep(path: str | Path) -> SweepFile:
+    """Read and check a sweep file and its scene.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong first, with its line and dotted field.
+    """
+    document = load_yaml(path)
+    if not isinstance(document.value, dict):
+        raise document.error(
+            f"a sweep is a mapping of keys, not {shown(document.value)}", remedy=REMEDY
+        )
+    data = {key: value for key, value in document.value.items() if key != "$schema"}
+    try:
+        spec = SweepSpec.model_validate_json(json.dumps(data, allow_nan=False), strict=True)
+    except ValidationError as error:
+        raise _said(document, error) from None
+    except ValueError as error:
+        raise document.error(f"has a number that is none ({error})", remedy=REMEDY) from error
+    return SweepFile(spec, load_scene(Path(path).absolute().parent / spec.scene), document)
+
+
+def _said(document: Document, error: ValidationError) -> InputError:
+    found = error.errors(include_url=False)
+    first = min(found, key=lambda e: e["type"] != "extra_forbidden")
+    path = tuple(part for part in first["loc"] if part not in BRANCHES)
+    refusal = first.get("ctx", {}).get("error")
+    if isinstance(refusal, InputError):
+        inner = undotted(refusal.field) if refusal.field else ()
+        return document.error(refusal.problem, (*path, *inner), remedy=refusal.remedy)
+    said = {"extra_forbidden": "is no key of a sweep", "missing": "is missing"}
+    problem = said.get(first["type"]) or first["msg"].replace("Input should ", "has to ")
+    if first["type"] not in said:
+        problem += f", not {shown(first['input'])}"
+    return document.error(_lower(problem), path, remedy=_remedy(path))
+
+
+BRANCHES = {"RangeSpec", "list[any]", "constrained-list", "grid", "random", "sobol"} | {
+    "latin_hypercube",
+    "str",
+    "DetectorEntry",
+}
+"""Names that pydantic puts in for the branches of a union."""
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]
+
+
+def _remedy(path: FieldPath) -> str:
+    if path[:1] == ("factors",) and len(path) > 1:
+        return "give a list of values, or {from: 1, to: 10, count: 5} (or step, or log: true)"
+    if len(path) == 1:
+        return f"known keys: {', '.join(SweepSpec.model_fields)}"
+    return f"correct {dotted(path)}; {REMEDY}"

@@ -1,0 +1,136 @@
+"""What a worker process does: a job of some trials, one after the other.
+
+A job is small and plain: the sweep as data, and which trials. What a process needs to work, it makes
+once and keeps for the jobs that follow.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from simtip.errors import InputError
+from simtip.render import choose
+from simtip.spec import SceneSpec
+from simtip.sweep.cache import Cache
+from simtip.sweep.limit import Limit
+from simtip.sweep.plan import Plan
+from simtip.sweep.spec import SweepSpec
+from simtip.sweep.stages import Stages
+from simtip.sweep.threads import use_threads
+
+Row = dict[str, object]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all jobs of a sweep share.
+
+    Attributes
+    ----------
+    sweep, scene
+        As JSON.
+    allowed
+        Detectors that are programs or modules, which the user is willing to run.
+    backend
+        What renders: "auto" or a name.
+    cache, cache_bytes
+        Folder of the cache, None for none; and its limit.
+    time_limit_s
+        Of a trial once its light is there: after it the process ends itself.
+    threads
+        That a process may use; None is all.
+    """
+
+    sweep: str
+    scene: str
+    allowed: tuple[str, ...]
+    backend: str
+    cache: str | None
+    cache_bytes: int
+    time_limit_s: float
+    threads: int | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """Some trials.
+
+    Attributes
+    ----------
+    setup
+        Of the sweep.
+    trials
+        Their numbers.
+    only_light
+        Whether only their light is wanted.
+    """
+
+    setup: Setup
+    trials: tuple[int, ...]
+    only_light: bool = False
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a job.
+
+    Attributes
+    ----------
+    rows
+        One a trial.
+    counts
+        How often each stage was worked out.
+    seconds
+        Wall time.
+    """
+
+    rows: list[Row]
+    counts: dict[str, int]
+    seconds: float
+
+
+_TURN = threading.Lock()
+"""One job at a time in a process: threads of a cluster's worker share what is kept."""
+
+
+def run_job(job: Job) -> Done:
+    """Work out a job's trials."""
+    with _TURN:
+        return _run(job)
+
+
+def _run(job: Job) -> Done:
+    start = time.perf_counter()
+    plan, stages = _workshop(job.setup)
+    before = dict(stages.counts)
+    rows: list[Row] = []
+    for number in job.trials:
+        trial = plan.trial(number)
+        if job.only_light:
+            with contextlib.suppress(InputError):  # its trials will say so
+                stages.light(trial)
+            continue
+        with stages.limit:
+            rows.append(stages.row(trial))
+    counts = {name: count - before[name] for name, count in stages.counts.items()}
+    return Done(rows, counts, time.perf_counter() - start)
+
+
+@lru_cache(maxsize=2)
+def _workshop(setup: Setup) -> tuple[Plan, Stages]:
+    """Make what a process needs for a sweep."""
+    spec = SweepSpec.model_validate_json(setup.sweep, strict=True)
+    scene = SceneSpec.model_validate_json(setup.scene, strict=True)
+    plan = Plan(spec, scene, setup.allowed)
+    backend = choose(setup.backend)
+    if setup.threads is not None:
+        use_threads(setup.threads)
+    cache = None if setup.cache is None else Cache(Path(setup.cache), setup.cache_bytes)
+    return plan, Stages(
+        plan, cache, backend, Limit(setup.time_limit_s), threads=setup.threads
+    )
