@@ -28,7 +28,7 @@ CacheOption = Annotated[
     typer.Option(
         "--cache",
         metavar="DIR",
-        help=f"Folder of the cache [default: {FOLDER_VARIABLE}, else this user's cache folder].",
+        help=f"Folder of the cache; else that of {FOLDER_VARIABLE}, else this user's own.",
     ),
 ]
 

@@ -65,7 +65,8 @@ def results(
 
     _check_outputs(csv, as_json)
     table = Table.open(folder)
-    chosen = filtered(table.frame(), where or [])
+    known = table.frame()
+    chosen = filtered(known, where or [])
     groups = by is not None or stat is not None
     rows = _cut(_sorted(_groups(chosen, by, stat) if groups else chosen, sort), limit)
     if as_json:
@@ -78,6 +79,7 @@ def results(
                 _show(_rows_table("groups", rows))
             else:
                 first = rows if limit is not None else rows.head(FIRST_ROWS)
+                _show_progress(table, len(known), len(chosen))
                 _show_overview(table, chosen, first)
 
 
@@ -162,24 +164,31 @@ def _show(*tables: RichTable) -> None:
         console.print(table)
 
 
-def _show_overview(table: Table, chosen: pd.DataFrame, first: pd.DataFrame) -> None:
-    """Print how far the sweep is, how well each detector does, what varies, and some trials."""
+def _show_progress(table: Table, known: int, chosen: int) -> None:
     from rich.console import Console
 
     from simtip.detect.excerpt import printable
 
     planned = table.provenance.get("trials")
-    of = f" of {planned} planned" if isinstance(planned, int) else ""
-    line = f"{printable(str(table.folder))}: {len(chosen)} trials{of}"
+    of = f" of {planned}" if isinstance(planned, int) else ""
+    picked = "" if chosen == known else f", {chosen} of them chosen"
+    line = f"{printable(str(table.folder))}: {known}{of} trials known{picked}"
     Console().print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _show_overview(table: Table, chosen: pd.DataFrame, first: pd.DataFrame) -> None:
+    """Print how the trials ended, how well each detector does, what varies, and some trials."""
+    if not len(chosen):
+        return
     varying = _varying(table, chosen)
-    _show(_status_table(chosen))
-    if len(chosen):
-        _show(_detector_table(chosen))
+    _show(_status_table(chosen), _detector_table(chosen))
     if varying:
         _show(_varying_table(chosen, varying))
     if len(first):
-        columns = ["trial", *varying, "status", "error_norm_mm"]
+        reasons = (
+            ["reason"] if "reason" in first and first["reason"].fillna("").ne("").any() else []
+        )
+        columns = ["trial", *varying, "status", "error_norm_mm", *reasons]
         shown = first[[name for name in columns if name in first]]
         _show(_rows_table(f"{len(first)} of {len(chosen)} trials", shown))
 
@@ -190,7 +199,7 @@ def _varying(table: Table, chosen: pd.DataFrame) -> list[str]:
 
     fixed = {column.name for column in FIXED} - {"repeat", "detector"}
     names = [column.name for column in table.columns if column.name not in fixed]
-    return [name for name in names if name in chosen and chosen[name].nunique(dropna=False) > 1]
+    return [name for name in names if name in chosen and len(chosen[name].drop_duplicates()) > 1]
 
 
 def _status_table(chosen: pd.DataFrame) -> RichTable:
@@ -213,7 +222,7 @@ def _varying_table(chosen: pd.DataFrame, names: Iterable[str]) -> RichTable:
     table = _empty_table("what varies", ["column", "values", "which"])
     for name in names:
         column = chosen[name]
-        cells = (name, column.nunique(dropna=False), _which(column))
+        cells = (name, len(column.drop_duplicates()), _which(column))
         table.add_row(*map(_cell, cells))
     return table
 

@@ -51,7 +51,7 @@ ATTEMPTS = 10_000
 """At locking a file that others remove meanwhile; without end where file numbers do not last."""
 
 UNITS = ("B", "kB", "MB", "GB", "TB")
-SIZE = re.compile(r"\s*([0-9]{1,15})(?:\.([0-9]{1,9}))?\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
+SIZE = re.compile(r"\s*([0-9]{1,15})(?:\.([0-9]{1,9}))?\s*(?:([kmgt])(i?))?b\s*", re.IGNORECASE)
 
 
 def default_folder() -> Path:
@@ -172,7 +172,7 @@ class Cache:
             probe.rmdir()
         except (OSError, ValueError) as error:
             # What others may write still serves.
-            if os.access(self._root, os.R_OK | os.X_OK) and self._root.is_dir():
+            if os.path.isdir(self._root) and os.access(self._root, os.R_OK | os.X_OK):  # noqa: PTH112
                 return
             reason = getattr(error, "strerror", None) or str(error)
             raise InputError(

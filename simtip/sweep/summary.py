@@ -119,7 +119,7 @@ def grouped(frame: pd.DataFrame, by: Sequence[str], stats: Sequence[str]) -> pd.
         told[stat] = [figure(values[group]) for group in groups]
         kind = "Int64" if stat.endswith(COUNT) else "float64"
         told[stat] = pd.array(told[stat], dtype=kind) if groups else pd.Series(dtype=kind)
-    heads = frame.loc[firsts, by].reset_index(drop=True)
+    heads = frame[by].iloc[firsts].reset_index(drop=True)
     return pd.concat([heads, pd.DataFrame(told)], axis=1)
 
 
@@ -151,10 +151,11 @@ def kind_of(column: pd.Series[Any]) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which known names were probably meant, or list them."""
+    """Say which known names were probably meant, or list them all."""
     names = list(known)
-    close = difflib.get_close_matches(name, names, n=3)
-    if close:
+    close = [known for known in names if name and name in known]
+    close += [near for near in difflib.get_close_matches(name, names, n=3) if near not in close]
+    if 0 < len(close) <= 5:
         return f"did you mean {' or '.join(map(repr, close))}?"
     return f"known: {', '.join(names)}"
 
