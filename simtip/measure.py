@@ -173,7 +173,7 @@ def _looking(
     if region is None:
         return for_camera(detector, camera)
     seen = camera.cropped(region.u0, region.v0, region.width, region.height)
-    return within(for_camera(detector, seen), region)
+    return within(for_camera(detector, seen), region, of_whole=False)
 
 
 def measure_pair(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +112,8 @@ def _layers(value: object) -> dict[str, NDArray[np.generic]]:
 def _numbers(value: object, shape: tuple[int, ...], what: str) -> Array:
     """Convert numbers; unlike NumPy take no text and no truth value for one."""
     wanted = " x ".join(map(str, shape)) + " numbers" if shape else "a number"
+    if any(isinstance(one, bool) for one in _scalars(value)):  # NumPy takes them for 0 and 1
+        raise InvalidOutputError(f"{what} is {_kind(value)}, not {wanted}")
     try:
         array = np.asarray(value)
     except ValueError:  # ragged lists
@@ -121,6 +123,15 @@ def _numbers(value: object, shape: tuple[int, ...], what: str) -> Array:
     if not np.isfinite(array).all():
         raise InvalidOutputError(f"{what} is not finite")
     return array.astype(np.float64)
+
+
+def _scalars(value: object) -> Iterator[object]:
+    """Give what is in lists of a few levels."""
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from (one if isinstance(one, list | tuple) else (one,))
+    else:
+        yield value
 
 
 def _kind(value: object) -> str:

@@ -163,6 +163,10 @@ class DetectorParameters:
         """Fill in what is not set and follows from the camera; as it is, nothing does."""
         return self
 
+    def for_region(self, _u0: int, _v0: int, _shape: tuple[int, ...], /) -> Self:
+        """Give them for a region of an image of that shape; as they are, if none is a place."""
+        return self
+
     @classmethod
     def declared(cls) -> tuple[Parameter, ...]:
         """List the parameters in the order of their declaration."""

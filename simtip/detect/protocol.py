@@ -92,6 +92,10 @@ class ConfiguredFunction(Generic[P]):
         """Give the detector for images of a known camera."""
         return ConfiguredFunction(self.function, self.parameters.for_camera(camera))
 
+    def for_region(self, u0: int, v0: int, shape: tuple[int, ...]) -> ConfiguredDetector:
+        """Give the detector for a region, which begins there, of images of a shape."""
+        return ConfiguredFunction(self.function, self.parameters.for_region(u0, v0, shape))
+
 
 def for_camera(detector: ConfiguredDetector, camera: Camera) -> ConfiguredDetector:
     """Tell a detector which camera took its images, if it wants to know.
@@ -108,6 +112,32 @@ class KnowsCameras(Protocol):
 
     def for_camera(self, camera: Camera) -> ConfiguredDetector:
         """Give the detector for images of this camera."""
+        ...
+
+
+def for_region(
+    detector: ConfiguredDetector, u0: int, v0: int, shape: tuple[int, ...]
+) -> ConfiguredDetector:
+    """Tell a detector that it sees a region of an image, if it wants to know.
+
+    Parameters
+    ----------
+    detector
+        Set up for the whole image.
+    u0, v0
+        First column and row of the region.
+    shape
+        Of the whole image.
+    """
+    return detector.for_region(u0, v0, shape) if isinstance(detector, KnowsRegions) else detector
+
+
+@runtime_checkable
+class KnowsRegions(Protocol):
+    """A configured detector with parameters that are places in the image."""
+
+    def for_region(self, u0: int, v0: int, shape: tuple[int, ...]) -> ConfiguredDetector:
+        """Give the detector for a region of images of a shape."""
         ...
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simtip.detect.observation import TipObservation
-from simtip.detect.protocol import ConfiguredDetector, Image
+from simtip.detect.protocol import ConfiguredDetector, Image, for_region
 from simtip.errors import InputError
 
 REMEDY = "write x,y,w,h in px: the left column, the upper row, width and height"
@@ -65,8 +65,13 @@ def parse_region(text: str) -> Region:
     return Region(u0, v0, width, height)
 
 
-def within(detector: ConfiguredDetector, region: Region | None) -> ConfiguredDetector:
+def within(
+    detector: ConfiguredDetector, region: Region | None, *, of_whole: bool = True
+) -> ConfiguredDetector:
     """Let a detector see a region alone; None is the whole image.
+
+    `of_whole` says that the detector was set up for the whole image, not for the region: places
+    among its parameters are moved.
 
     The tip counts in pixels of the whole image. Layers, and pixels that a reason names, stay those
     of the region.
@@ -83,7 +88,8 @@ def within(detector: ConfiguredDetector, region: Region | None) -> ConfiguredDet
         region.check(image.shape)
         rows = slice(region.v0, region.v0 + region.height)
         columns = slice(region.u0, region.u0 + region.width)
-        seen = detector(image[rows, columns], layers=layers)
+        look = for_region(detector, region.u0, region.v0, image.shape) if of_whole else detector
+        seen = look(image[rows, columns], layers=layers)
         if seen.tip_px is None:
             return replace(seen, reason=f"{seen.reason} [within the region {region}]")
         return replace(seen, tip_px=seen.tip_px + np.array([region.u0, region.v0]))

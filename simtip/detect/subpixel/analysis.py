@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -27,8 +27,8 @@ from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
 from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
-from simtip.detect.subpixel.sight import tilt
-from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit
+from simtip.detect.subpixel.sight import tilt, tilt_deviation
+from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, by_tilt
 from simtip.detect.subpixel.tip_choice import FITTING_MISFIT, GOOD_MISFIT, TRIALS, best_tip, order
 from simtip.detect.subpixel.trace import Trace
 from simtip.geometry import Array
@@ -46,6 +46,18 @@ CLEAR_PX = 4
 """Between a tip's end and the shaft's last row."""
 
 WORST_SHAFT_MISFIT = 100.0
+
+GUESSED = 0.7
+"""Part by which a tilt may be off that was told with a guessed focal length."""
+
+WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.05
+"""A fit that is worse, both by the noise and by the needle's contrast, is none."""
+
+BIN_PIXELS = 6
+"""About so many pixels are averaged for one value that the shaft is fitted to."""
+
+HIDDEN_SHARE, HIDDEN_PX = 0.5, 6.0
+"""How far from the last row that shows the needle its apex may be: in half widths, and px more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +131,8 @@ def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
     if not bands:
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
-            f"no two parallel edges {widths[0]:g} to {widths[1]:g} px apart were found",
+            f"no two parallel edges of something dark, {widths[0]:g} to {widths[1]:g} px apart, "
+            "were found",
         )
     fine = mean_gray(image, parameters.full_scale)
     failures = []
@@ -170,7 +183,8 @@ def _measured(
     widths = shaft.half_px(np.array([float(rows[0]), v_end]))
     if not (widths.min() > 0 and np.diag(shaft.covariance).min() > 0):
         raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's edges cannot be fitted")
-    if shaft.misfit > WORST_SHAFT_MISFIT:
+    left_dn = float(np.sqrt(shaft.misfit * (shaft.noise @ [1.0, traced.level]) / BIN_PIXELS))
+    if shaft.misfit > WORST_SHAFT_MISFIT and left_dn > WORST_SHARE * traced.contrast:
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
             f"what was seen is no straight, even shaft (misfit {shaft.misfit:.0f})",
@@ -194,4 +208,38 @@ def _measured(
         seen = scenery(needed)
         sure = tip.misfit < FITTING_MISFIT
         tip = best_tip(seen, v_end, wedge, (tip.family.name,) if sure else TRIALS["bevel"], tip)
+    _require_tip(tip, traced, v_end, half, turned.shape)
+    if tip.family.name.startswith("bevel"):
+        spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
+        if not parameters.focal_px:  # a guess, half of it off
+            spread = float(np.hypot(spread, GUESSED * view_tilt))
+        moved = by_tilt(seen, tip) * spread
+        tip = replace(tip, tip_covariance=tip.tip_covariance + np.outer(moved, moved))
     return Analysis(frame, traced, shaft, seen, tip)
+
+
+def _require_tip(
+    tip: TipFit, traced: Trace, v_end: float, half: float, shape: tuple[int, ...]
+) -> None:
+    """Refuse a tip outside the picture, far from where the needle was seen to end, or unlike any.
+
+    Raises
+    ------
+    NoNeedleError
+        It is one of those.
+    """
+    u, v = tip.tip
+    if traced.at_bottom or not (-0.5 <= u < shape[1] - 0.5 and -0.5 <= v < shape[0] - 0.5):
+        raise NoNeedleError(TipStatus.TOUCHES_BORDER, "the needle's end leaves the picture")
+    off = abs(float(v) - v_end)
+    if off > HIDDEN_SHARE * half + HIDDEN_PX:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND,
+            f"the tip that fits best lies {off:.0f} px from where the needle was seen to end",
+        )
+    left_dn = float(np.sqrt(np.mean(tip.residual**2)))
+    if tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND,
+            f"the needle's end looks like no tip that is known: a fit is {left_dn:.0f} DN off",
+        )

@@ -30,6 +30,8 @@ BRIGHTNESS_DEVIATION = 0.3
 STEP_PX, SHAPE_STEP = 0.01, 0.005
 """Of the differences: for the pose, and for the shape, half widths or radians."""
 
+TILT_STEP = 0.005
+
 SHAPE_PRECISION = 1e-2
 
 LEAST_COVER = 1e-3
@@ -161,21 +163,29 @@ def derivative(
 
     Over the noise, (n, parameters).
     """
-    ground, shaft, tip = found.levels.T * scenery.precision[found.near]
-
-    def picture(there: Cover) -> Array:
-        whole, on_tip = there.whole[found.near], there.tip[found.near]
-        return np.asarray(whole * (shaft - ground) + on_tip * (tip - shaft))
-
-    here = picture(found.cover)
+    here = _picture(scenery, found, found.cover)
     change = np.empty((len(found.near), len(values)))
     for k in range(len(values)):
         moved = values.copy()
         step = STEP_PX if k < POSE else SHAPE_STEP
         moved[k] += step if values[k] + step <= high[k] else -step
         there = scenery.cover(scenery.place(family, moved))
-        change[:, k] = (picture(there) - here) / (moved[k] - values[k])
+        change[:, k] = (_picture(scenery, found, there) - here) / (moved[k] - values[k])
     return change
+
+
+def derivative_by_tilt(scenery: Scenery, family: Family, values: Array, found: Comparison) -> Array:
+    """Give the derivative of the picture by the sight's tilt, as `derivative` does (n,)."""
+    there = scenery.cover(scenery.tilted(TILT_STEP).place(family, values))
+    here = _picture(scenery, found, found.cover)
+    return np.asarray((_picture(scenery, found, there) - here) / TILT_STEP)
+
+
+def _picture(scenery: Scenery, found: Comparison, there: Cover) -> Array:
+    """Give the picture near the needle with another cover at the same brightness."""
+    ground, shaft, tip = found.levels.T * scenery.precision[found.near]
+    whole, on_tip = there.whole[found.near], there.tip[found.near]
+    return np.asarray(whole * (shaft - ground) + on_tip * (tip - shaft))
 
 
 def shape_equations(

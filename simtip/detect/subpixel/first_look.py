@@ -63,7 +63,7 @@ def first_shaft(traced: Trace) -> Shaft:
     """Give a straight shaft through the middles of the edges, those that stray left out."""
     v = traced.rows.astype(np.float64)
     middle, width = (traced.left + traced.right) / 2, traced.right - traced.left
-    usual = float(np.nanmedian(width))
+    usual = float(np.nanmedian(width)) if np.isfinite(width).any() else 0.0
     with np.errstate(invalid="ignore"):
         good = np.isfinite(middle) & (np.abs(width - usual) < 0.15 * usual + 1)
     if good.sum() < LEAST_ROWS:

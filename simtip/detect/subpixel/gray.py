@@ -6,13 +6,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.detect.gray import Gray, check_image
+from simtip.detect.gray import Gray, check_full_scale, check_image
 from simtip.detect.protocol import Image
 
 
 def coarse_gray(image: Image, full_scale: int | None) -> Gray:
     """Give an 8-bit gray image (H, W) in which to look for edges."""
     check_image(image)
+    check_full_scale(image, full_scale)
     if image.dtype == np.uint16:
         image = np.clip(image * (255 / (full_scale or 65535)) + 0.5, 0, 255).astype(np.uint8)
     if image.ndim == 2:

@@ -49,7 +49,11 @@ class SubpixelParameters(DetectorParameters):
     ] = None
     centre_px: Annotated[
         tuple[float, float] | None,
-        Declared("the camera's principal point u, v, px, if known; none takes the image's middle"),
+        Declared(
+            "the camera's principal point u, v, px, if known; none takes the image's middle",
+            minimum=-1e6,
+            maximum=1e6,
+        ),
     ] = None
     candidates: Annotated[
         int, Declared("bands that are tried, the most promising first", minimum=1, maximum=50)
@@ -74,6 +78,12 @@ class SubpixelParameters(DetectorParameters):
             focal_px=self.focal_px or (fx + fy) / 2,
             centre_px=self.centre_px or centre,
         )
+
+    @override
+    def for_region(self, u0: int, v0: int, shape: tuple[int, ...], /) -> SubpixelParameters:
+        """Move the principal point, or else the image's middle, into the region's pixels."""
+        u, v = self.centre_px or ((shape[1] - 1) / 2, (shape[0] - 1) / 2)
+        return replace(self, centre_px=(u - u0, v - v0))
 
 
 DEFAULTS = SubpixelParameters()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -82,6 +82,10 @@ class Scenery:
         """Normal equations of the background, were there no needle: (n, n) and (n,)."""
         ground, value = self.weighted
         return ground.T @ ground, ground.T @ value
+
+    def tilted(self, more: float) -> Scenery:
+        """Give it with so much more tilt of the axis along the line of sight."""
+        return replace(self, tilt=self.tilt + more)
 
     def points(self, which: NDArray[np.intp]) -> tuple[Array, Array]:
         """Give u and v (n,) of pixels by their flat index."""

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_equations import TRUSTED, equations_of
-from simtip.detect.subpixel.shaft_pixels import Bins, block_rows, merge, noise_of, sort_pixels
+from simtip.detect.subpixel.shaft_noise import noise_of
+from simtip.detect.subpixel.shaft_pixels import Bins, block_rows, merge, sort_pixels
 from simtip.geometry import Array
 
 FIRST_STEPS, LAST_STEPS = 8, 20

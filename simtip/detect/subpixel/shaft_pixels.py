@@ -29,10 +29,6 @@ EDGE_BIN_PX, EDGE_BEGIN, EDGE_DEPTH_PX = 0.25, 0.2, (2.5, 7.0)
 """Bins of the profile; an edge begins where it reaches that share of the largest contrast; and the
 rim is looked for at least and at most so far inside of there."""
 
-NOISE_BINS = 12
-
-LEAST_NOISE_DN2 = 0.02
-
 
 @dataclass(frozen=True, eq=False)
 class Bins:
@@ -156,27 +152,3 @@ def _outermost(x: Array, contrast: Array, level: float) -> float:
         return float(x[j])
     step = (contrast[j] - level) / (contrast[j] - contrast[j + 1])
     return float(x[j] + step * (x[j + 1] - x[j]))
-
-
-def noise_of(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Array:
-    """Give constant and slope of the noise's variance against the level, DN^2.
-
-    From second differences along the needle, in which all that is smooth cancels; medians, so that
-    dirt does not count.
-    """
-    v = rows.astype(np.float64)
-    half = float(shaft.half_px(v).max())
-    reach = np.arange(-int(half + OUTER_PX), int(half + OUTER_PX) + 1)
-    # Along the axis, not along u: a slanting needle's edges would count as noise.
-    columns = np.rint(shaft.axis_u(v)).astype(np.intp)[:, None] + reach
-    values = image[rows[:, None], np.clip(columns, 0, image.shape[1] - 1)]
-    above, at, below = values[:-2], values[1:-1], values[2:]
-    off = ((above - 2 * at + below) ** 2 / 6).reshape(-1)
-    level = ((above + at + below) / 3).reshape(-1)
-    parts = np.array_split(np.argsort(level), NOISE_BINS)
-    mean = np.array([level[part].mean() for part in parts])
-    # The median of a squared normal number is 0.4549 of its mean.
-    variance = np.array([np.median(off[part]) / 0.4549 for part in parts])
-    slope = max(float(np.polyfit(mean, variance, 1)[0]), 0.0)
-    constant = max(float(np.median(variance - slope * mean)), LEAST_NOISE_DN2)
-    return np.array([constant, slope])

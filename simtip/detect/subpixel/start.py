@@ -31,6 +31,8 @@ def wedge_start(
         Length along the axis of one row.
     """
     seen = np.flatnonzero(np.isfinite(left) & np.isfinite(right))
+    if not len(seen):
+        return float(rows[-1]) + 0.5, np.array([0.0, 1.0, 1.0, 1.0, 1.0])
     last = seen[-LAST_ROWS:]
     v_end = float(rows[seen[-1]]) + 0.5
     half = float(half_px[seen[-1]])

@@ -14,12 +14,19 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-from simtip.detect.subpixel.comparison import Comparison, compare, derivative, shape_equations
+from simtip.detect.subpixel.comparison import (
+    TILT_STEP,
+    Comparison,
+    compare,
+    derivative,
+    derivative_by_tilt,
+    shape_equations,
+)
 from simtip.detect.subpixel.outline import Family
 from simtip.detect.subpixel.scenery import POSE, Scenery
 from simtip.geometry import Array
 
-SLOPE_LEVER = 0.2
+SLOPE_LEVER = 0.3
 
 COMPLEXITY = 10.0
 """Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
@@ -191,11 +198,7 @@ def _ended(scenery: Scenery, family: Family, values: Array, found: Comparison, H
     covariance = np.zeros_like(H)
     covariance[np.ix_(inside, inside)] = np.linalg.inv(H[np.ix_(inside, inside)])
     tip = scenery.apex(family, values)
-    turn = np.zeros((2, len(values)))
-    for k in range(len(values)):
-        moved = values.copy()
-        moved[k] += 1e-4
-        turn[:, k] = (scenery.apex(family, moved) - tip) / 1e-4
+    turn = _apex_by_values(scenery, family, values)
     return TipFit(
         family,
         values,
@@ -206,6 +209,36 @@ def _ended(scenery: Scenery, family: Family, values: Array, found: Comparison, H
         found.misfit,
         found.residual,
     )
+
+
+def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
+    """Give how the apex (2,) u, v moves with the sight's tilt, which the fit takes as known.
+
+    A bevel seen under another tilt is fitted by another shape, the picture being the same.
+    """
+    family, values = fit.family, fit.values
+    high = np.array([np.inf, np.inf, np.inf, *family.high])
+    found = compare(scenery, family, values)
+    change = derivative(scenery, family, values, found, high)
+    H, _ = shape_equations(scenery, values, found, change)
+    tilting = derivative_by_tilt(scenery, family, values, found)
+    known = np.linalg.solve(found.normal, found.columns.T @ tilting)
+    g = change.T @ tilting - (found.columns.T @ change).T @ known
+    values_by_tilt = -np.linalg.solve(H, g)
+    apex = scenery.apex(family, values)
+    bare = (scenery.tilted(TILT_STEP).apex(family, values) - apex) / TILT_STEP
+    return np.asarray(bare + _apex_by_values(scenery, family, values) @ values_by_tilt)
+
+
+def _apex_by_values(scenery: Scenery, family: Family, values: Array) -> Array:
+    """Give the apex' derivative by the values, (2, n)."""
+    tip = scenery.apex(family, values)
+    turn = np.zeros((2, len(values)))
+    for k in range(len(values)):
+        moved = values.copy()
+        moved[k] += 1e-4
+        turn[:, k] = (scenery.apex(family, moved) - tip) / 1e-4
+    return turn
 
 
 def _step(H: Array, g: Array, free: NDArray[np.bool_], damping: float) -> Array:

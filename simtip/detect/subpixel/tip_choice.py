@@ -6,7 +6,7 @@ import numpy as np
 
 from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.no_needle import NoNeedleError
-from simtip.detect.subpixel.outline import FAMILIES
+from simtip.detect.subpixel.outline import FAMILIES, Family
 from simtip.detect.subpixel.parameters import TipKind
 from simtip.detect.subpixel.scenery import Scenery
 from simtip.detect.subpixel.tip import TipFit, fit_tip, like, usual_starts
@@ -16,6 +16,9 @@ FITTING_MISFIT = 2.0
 """A tip that fits so well is taken, and only what looks nearly like it tried beside it."""
 
 GOOD_MISFIT = 4.0
+
+PLAIN_MISFIT = 1.8
+"""A cone that fits so well is not rounded."""
 
 OFF_AXIS = 0.3
 """A tip so far from the axis, in half widths, is first taken for a bevel."""
@@ -78,7 +81,7 @@ def best_tip(
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
     if best.misfit > GOOD_MISFIT:
         # None was better: the haste is over.
-        return _unhurried(scenery, best, tried)
+        return _unhurried(scenery, best, tried, names)
     return _undecided(best, tried)
 
 
@@ -90,23 +93,32 @@ def _undecided(best: TipFit, tried: list[TipFit]) -> TipFit:
     return best
 
 
-def _unhurried(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
+def _unhurried(
+    scenery: Scenery, best: TipFit, tried: list[TipFit], names: tuple[str, ...]
+) -> TipFit:
     """Fit the best, what came near it and its twins to the end, and give the best of them."""
     near = best.cost * NEAR
     ahead = sorted(tried, key=lambda one: one.cost)
     ways = [(one.family, one.values) for one in ahead if one.cost < near]
     ways += [(FAMILIES[name], start) for name in TWINS for start in _alike(name, best)]
     for family, start in ways:
-        ended = fit_tip(scenery, family, [start])
+        ended = _ended(scenery, family, start)
         if ended is not None and ended.cost < best.cost:
             best = ended
             if best.misfit < FITTING_MISFIT:
                 break
-    if best.family.name == "wedge":
-        cone = fit_tip(scenery, FAMILIES["cone"], like(FAMILIES["cone"], best), best)
+    if best.family.name == "wedge" and "cone" in names:
+        cone = _ended(scenery, FAMILIES["cone"], *like(FAMILIES["cone"], best))
         if cone is not None and cone.better_than(best):
             return cone
     return best
+
+
+def _ended(scenery: Scenery, family: Family, start: Array) -> TipFit | None:
+    try:
+        return fit_tip(scenery, family, [start])
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _alike(name: str, best: TipFit) -> list[Array]:
@@ -114,13 +126,15 @@ def _alike(name: str, best: TipFit) -> list[Array]:
 
 
 def _rival(name: str, best: TipFit | None) -> TipFit | None:
-    """Give the fit to be beaten; none where a bevel fits badly, and may be its mirror image."""
-    if best is None or best.misfit < FITTING_MISFIT:
-        return best
-    return None if {name, best.family.name} == set(TWINS) else best
+    """Give the fit to be beaten: while nothing fits, none, for what begins badly may end well."""
+    if best is None or best.misfit > FITTING_MISFIT or {name, best.family.name} == set(TWINS):
+        return None
+    return best
 
 
 def _kin(name: str, best: TipFit) -> bool:
     """Say whether a family is to be tried beside one that fits: one looks like the other."""
-    kin = {"wedge": ("cone",), "cone": (), "round": (), "bevel": (), "bevel_away": ("bevel",)}
+    if name == "round":
+        return best.family.name == "cone" and best.misfit > PLAIN_MISFIT
+    kin = {"wedge": ("cone",), "cone": (), "bevel": ("bevel_away",), "bevel_away": ("bevel",)}
     return best.family.name in kin[name]

@@ -36,6 +36,18 @@ def test_while_blur_changes(sigma_px):
     check(photograph(drawn.light(), 2), drawn)
 
 
+@pytest.mark.parametrize("degrees", [5.0, 20.0, 40.0])
+@pytest.mark.parametrize("radius", [0.15, 0.3])
+def test_of_a_rounded_end(degrees, radius):
+    """A ball of that radius, half widths, at a cone's end, whose apex is the ball's foremost."""
+    turn = np.linspace(-1, 1, 41) * np.arctan2(4, 1)
+    ball = radius * np.column_stack([np.sin(turn), 1 - np.cos(turn)])
+    shoulder = ball[-1, 1] + 4 * (1 - ball[-1, 0])
+    point = tuple(map(tuple, [(-1, shoulder), *ball, (1, shoulder)]))
+    drawn = Drawn(point=point, degrees=degrees, tip_px=(200.3, 270.6), shape=(320, 300))
+    check(photograph(drawn.light(), 5), drawn, across_px=0.05)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("disc_px", [1.0, 2.0, 4.0])
 def test_out_of_focus(disc_px):
@@ -47,7 +59,7 @@ def test_out_of_focus(disc_px):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("brightest_dn", "wide_px", "power"), [(200, 4, 1), (330, 4, 2)])
+@pytest.mark.parametrize(("brightest_dn", "wide_px", "power"), [(330, 4, 1), (330, 4, 2)])
 def test_lit_from_one_side(brightest_dn, wide_px, power):
     """One side as bright as the background, brighter towards the hub, where it shines."""
     drawn = Drawn(tip_px=(120.3, 850.6), shape=(900, 260), degrees=3.0)
@@ -80,7 +92,7 @@ def test_while_contrast_changes(contrast):
 @pytest.mark.parametrize("width_px", [8, 12, 30, 60])
 def test_while_the_width_changes(width_px):
     drawn = Drawn(width_px=width_px, tip_px=(120.3, 350.6), shape=TALL)
-    check(photograph(drawn.light(), 5), drawn)
+    check(photograph(drawn.light(), 5), drawn, across_px=0.05)
 
 
 @pytest.mark.slow
