@@ -10,6 +10,7 @@ import typer
 
 from simtip.cli.boards import boards
 from simtip.cli.bound import bound
+from simtip.cli.cache import cache
 from simtip.cli.calibrate import calibrate
 from simtip.cli.camera import camera
 from simtip.cli.detect import detect
@@ -20,6 +21,7 @@ from simtip.cli.measure import measure
 from simtip.cli.output import say
 from simtip.cli.remix import remix
 from simtip.cli.render import render
+from simtip.cli.results import results
 from simtip.cli.rig import rig
 from simtip.cli.run import run
 from simtip.cli.schema import schema
@@ -50,7 +52,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep),
+    *(run, render, remix, measure, detect, sweep, results),
     *(rig, boards, calibrate, camera, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
@@ -58,6 +60,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
 for command in COMMANDS:
     app.command()(command)
 app.add_typer(detectors, name="detectors")
+app.add_typer(cache, name="cache")
 
 
 def main(arguments: list[str] | None = None) -> None:

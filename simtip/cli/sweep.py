@@ -100,9 +100,7 @@ def _setup(
         Cache(folder, limit).check()
     sweep, scene = data_of(plan)
     kept = str(folder.absolute()) if limit else None
-    return Setup(
-        sweep, scene, plan.allowed, choose(backend).name, kept, limit, float(time_limit)
-    )
+    return Setup(sweep, scene, plan.allowed, choose(backend).name, kept, limit, float(time_limit))
 
 
 def _run(
@@ -185,10 +183,14 @@ def summary_of(tally: Tally) -> dict[str, Any]:
 def _in_words(said: dict[str, Any], out: Path) -> str:
     made = said["worked_out"]
     lines = [
-        f"{said['trials']} trials: {said['found']} found done, {said['done']} done now in "
-        f"{said['seconds']:.1f} s",
-        f"worked out: {made['light']} renders, {made['images']} pairs of images, "
-        f"{made['measure']} measurements",
+        (
+            f"{said['trials']} trials: {said['found']} found done, {said['done']} done now in "
+            f"{said['seconds']:.1f} s"
+        ),
+        (
+            f"worked out: {made['light']} renders, {made['images']} pairs of images, "
+            f"{made['measure']} measurements"
+        ),
     ]
     if said["failed"]:
         many = ", ".join(f"{count} {status}" for status, count in said["failed"].items())

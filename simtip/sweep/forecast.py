@@ -38,8 +38,7 @@ def forecast(plan: Plan, setup: Setup, workers: int) -> dict[str, Any]:
         ``trials``, ``renders``, ``cached_renders``, ``images``, ``seconds``, ``table_bytes``,
         ``cache_bytes`` (before its limit), ``measured_speeds``: whether this machine's were known.
     """
-    megapixels = sum(np.prod(c.camera().size) for c in (plan.base.rig.left, plan.base.rig.right))
-    megapixels = float(megapixels) / 1e6
+    megapixels = _megapixels(plan)
     blocks = max(1, len(plan) // plan.block)
     looked = np.unique(np.linspace(0, blocks - 1, min(blocks, MOST_LOOKED_AT)).astype(int))
     keys = {_light(plan, int(block) * plan.block) for block in looked}
@@ -66,6 +65,12 @@ def forecast(plan: Plan, setup: Setup, workers: int) -> dict[str, Any]:
     }
 
 
+def _megapixels(plan: Plan) -> float:
+    """Give the millions of pixels of a pair."""
+    sizes = (camera.camera().size for camera in (plan.base.rig.left, plan.base.rig.right))
+    return sum(width * height for width, height in sizes) / 1e6
+
+
 def in_words(said: dict[str, Any]) -> str:
     """Say it in some lines."""
     hours, rest = divmod(int(said["seconds"]), 3600)
@@ -75,8 +80,10 @@ def in_words(said: dict[str, Any]) -> str:
             f"{said['trials']} trials of {said['images']} pairs of images",
             f"{said['renders']} distinct renders, {said['cached_renders']} of them in the cache",
             f"about {hours} h {rest // 60} min ({whence})",
-            f"about {shown_size(said['table_bytes'])} of table, "
-            f"{shown_size(said['cache_bytes'])} through the cache",
+            (
+                f"about {shown_size(said['table_bytes'])} of table, "
+                f"{shown_size(said['cache_bytes'])} through the cache"
+            ),
         ]
     )
 
@@ -108,15 +115,14 @@ def remember_speeds(plan: Plan, setup: Setup, table: Table) -> None:
     """Keep what the stages took, for later forecasts."""
     if setup.cache is None:
         return
-    megapixels = sum(np.prod(c.camera().size) for c in (plan.base.rig.left, plan.base.rig.right))
     found: dict[str, list[float]] = {"render_s": [], "sensor_s": [], "detect_s": []}
     for rows in table.batches():
         for name, values in found.items():
-            values += [row[name] for row in rows if isinstance(row[name], float)][:1000]
+            values.extend(value for row in rows if isinstance(value := row[name], float))
     before, _ = _speeds(setup)
     names = zip(USUAL_S, found.values(), strict=True)
     now = {
-        name: float(np.median(values)) / float(megapixels) * 1e6 if values else before[name]
+        name: float(np.median(values)) / _megapixels(plan) if values else before[name]
         for name, values in names
     }
     if os.access(setup.cache, os.W_OK):

@@ -24,6 +24,7 @@ from simtip.sweep.detectors import Measuring, measuring
 from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
 from simtip.sweep.spec import GridSpec, RangeSpec, SampledSpec, SweepSpec
 from simtip.sweep.stage_keys import digest_of
+from simtip.sweep.table import Kind
 
 DETECT = "detect."
 NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
@@ -197,12 +198,12 @@ class Plan:
             chosen |= dict(zip(one.paths, tried[int(np.argmin(asked))], strict=True))
         return chosen
 
-    def columns(self) -> list[tuple[str, str]]:
+    def columns(self) -> list[tuple[str, Kind]]:
         """Give name and kind ("int", "float", "text", "bool") of every factor's column."""
         found = []
         for one in self.dimensions:
             for k, path in enumerate(one.paths):
-                seen = {_kind(level[k]) for level in one.levels}
+                seen: set[Kind | None] = {_kind(level[k]) for level in one.levels}
                 if one.span is not None:
                     seen = {"int" if one.whole else "float"}
                 found.append((path, _common(seen)))
@@ -218,17 +219,17 @@ class Plan:
             for group in self.spec.zipped
             if group
         ]
-        rendered, mixed, measured = [], [], []
+        by_stage: dict[str, list[Dimension]] = {"light": [], "images": [], "measure": []}
         for one in made:
             self._check(one)
-            stage = self._stage(one)
-            {"light": rendered, "images": mixed, "measure": measured}[stage].append(one)
+            by_stage[self._stage(one)].append(one)
         total = math.prod([max(len(one.levels), 1) for one in made])
         if total * self.spec.repeats * len(self.detectors) > MOST_TRIALS:
             raise InputError(
                 f"makes more than {MOST_TRIALS:.0e} trials", field="factors", remedy="vary less"
             )
-        return tuple(rendered), tuple(mixed), tuple(measured)
+        rendered, mixed, measured = (tuple(found) for found in by_stage.values())
+        return rendered, mixed, measured
 
     def _dimension(self, path: str, given: RangeSpec | list[Any]) -> Dimension:
         if isinstance(given, list):
@@ -310,19 +311,19 @@ def _noise_asked(spec: SceneSpec) -> float:
     return float(allowed(radiance[None], radiance)[0] / radiance.mean())
 
 
-def _kind(value: Any) -> str:
+def _kind(value: Any) -> Kind | None:
     if isinstance(value, bool):
         return "bool"
     if isinstance(value, int):
         return "int"
-    return "float" if isinstance(value, float) else "none" if value is None else "text"
+    return "float" if isinstance(value, float) else None if value is None else "text"
 
 
-def _common(kinds: set[str]) -> str:
-    kinds = kinds - {"none"}
-    if len(kinds) == 1:
-        return kinds.pop()
-    return "float" if kinds and kinds <= {"int", "float"} else "text"
+def _common(kinds: set[Kind | None]) -> Kind:
+    known = {kind for kind in kinds if kind is not None}
+    if len(known) == 1:
+        return known.pop()
+    return "float" if known == {"int", "float"} else "text"
 
 
 def _nearest(name: str, known: list[str]) -> str:

@@ -10,14 +10,10 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
 from typing import Any
 
 from simtip.errors import InputError
-
-RECYCLED_AFTER = 500
-"""Jobs after which a process makes way for a new one: no leak lasts."""
 
 CONNECT_S = 20
 
@@ -52,7 +48,6 @@ class Pool:
             workers or self.workers,
             mp_context=multiprocessing.get_context("spawn"),
             initializer=start_worker,
-            max_tasks_per_child=RECYCLED_AFTER,
         )
 
     def is_crash(self, error: BaseException) -> bool:
@@ -91,12 +86,14 @@ def stop(executor: Executor) -> None:
 def _client(address: str) -> Any:
     try:
         import distributed
+
+        client: Any = distributed.Client
     except ImportError as error:
         raise InputError(
             "needs dask.distributed", field="--scheduler", remedy="pip install 'simtip[cluster]'"
         ) from error
     try:
-        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+        return client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:
         said = " ".join(str(error).split())[:200]
         raise InputError(
@@ -109,6 +106,3 @@ def _client(address: str) -> Any:
 def _workers(client: Any) -> dict[str, Any]:
     found: dict[str, Any] = client.scheduler_info(n_workers=-1)["workers"]
     return found
-
-
-Work = Callable[[Any], Any]

@@ -45,9 +45,7 @@ def record_of(
     return record
 
 
-def row_of(
-    trial: Trial, key: str, setting: Setting, record: Row, kinds: Mapping[str, str]
-) -> Row:
+def row_of(trial: Trial, key: str, setting: Setting, record: Row, kinds: Mapping[str, str]) -> Row:
     """Give a trial's row; `kinds` are those of the factors' columns."""
     return {
         **_heading(trial, key, kinds),

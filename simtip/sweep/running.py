@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass, field, replace
 
 from simtip.sweep.plan import Plan
 from simtip.sweep.pool import Pool, stop
 from simtip.sweep.rows import failed
-from simtip.sweep.table import Table
+from simtip.sweep.table import OK, Table
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
 
 JOB_S = 3.0
@@ -35,7 +35,14 @@ FLUSH_S = 2.0
 
 FLUSH_ROWS = 20_000
 
-DIED = "worker_died"
+MOST_WAITING = 64
+"""Groups of trials that wait for their light, beforehand."""
+
+RECYCLED_AFTER = 500
+"""Jobs a worker process, after which it makes way for a new one: no leak lasts."""
+
+DIED, TIMED_OUT = "worker_died", "timed_out"
+"""Statuses of trials that end their process."""
 
 
 @dataclass
@@ -109,9 +116,10 @@ def run_sweep(
     KeyboardInterrupt
         After the rows at hand were written.
     """
-    run = _Run(plan, table, setup, pool, work, report, Tally(len(plan), before))
-    run.all(_blocks(plan, done))
-    return run.tally
+    tally = Tally(len(plan), before)
+    run = _Run(plan, table, setup, pool, work, report, tally, _blocks(plan, done))
+    run.all()
+    return tally
 
 
 def _blocks(plan: Plan, done: Callable[[int], bool]) -> Iterator[list[int]]:
@@ -126,15 +134,9 @@ def _blocks(plan: Plan, done: Callable[[int], bool]) -> Iterator[list[int]]:
                 yield numbers
 
 
-@dataclass
-class _Queue:
-    """Jobs to hand out: light first, then what needs it."""
-
-    ready: deque[Job] = field(default_factory=deque)
-    waiting: dict[int, list[int]] = field(default_factory=dict)
-
-
 class _Run:
+    """A sweep at work: what is handed out, what waits, what came back."""
+
     def __init__(
         self,
         plan: Plan,
@@ -144,103 +146,110 @@ class _Run:
         work: Work,
         report: Report,
         tally: Tally,
+        blocks: Iterator[list[int]],
     ) -> None:
         self._plan, self._table, self._setup = plan, table, setup
         self._pool, self._work, self._report = pool, work, report
         self.tally = tally
+        self._blocks = blocks
+        self._todo: deque[list[int]] = deque()
+        self._pending: dict[Future[Done], Job] = {}
+        self._executor = pool.executor()
+        self._handed_out = 0
         self._rows: list[Row] = []
         self._flushed = time.monotonic()
         self._trial_s: float | None = None
         self._lit: set[int] = set()
         self._kinds = dict(plan.columns())
 
-    def all(self, blocks: Iterator[list[int]]) -> None:
-        executor = self._pool.executor()
-        pending: dict[Future[Done], Job] = {}
-        todo: deque[list[int]] = deque()
+    def all(self) -> None:
+        """Work until nothing is left; what goes wrong leaves the rows at hand written."""
         try:
-            while True:
-                executor = self._hand_out(executor, pending, todo, blocks)
-                if not pending:
-                    break
-                finished, _ = wait(pending, timeout=1.0, return_when=FIRST_COMPLETED)
-                executor = self._take_in(executor, pending, todo, finished)
+            self._hand_out()
+            while self._pending:
+                finished, _ = wait(self._pending, timeout=1.0, return_when=FIRST_COMPLETED)
+                self._take_in(finished)
                 self._flush(FLUSH_S)
                 self._report(self.tally)
+                self._hand_out()
         except BaseException:
-            stop(executor)
+            stop(self._executor)
             self._flush(0)
             raise
-        executor.shutdown()
+        self._executor.shutdown()
         self._flush(0)
         self._report(self.tally)
 
-    def _hand_out(
-        self,
-        executor: Executor,
-        pending: dict[Future[Done], Job],
-        todo: deque[list[int]],
-        blocks: Iterator[list[int]],
-    ) -> Executor:
-        while len(pending) < AHEAD * self._pool.workers:
-            job = self._next(pending, todo, blocks)
+    def _hand_out(self) -> None:
+        """Keep the workers busy; now and then let them make way for new ones."""
+        if self._pool.local and self._handed_out >= RECYCLED_AFTER * self._pool.workers:
+            if self._pending:
+                return
+            self._executor.shutdown()
+            self._executor = self._pool.executor()
+            self._handed_out = 0
+        while len(self._pending) < AHEAD * self._pool.workers:
+            job = self._next()
             if job is None:
-                break
+                return
             try:
-                pending[executor.submit(self._work, job)] = job
-            except RuntimeError:  # it broke meanwhile: what is pending will say so
-                todo.appendleft(list(job.trials))
-                break
-        return executor
+                self._pending[self._executor.submit(self._work, job)] = job
+            except BrokenExecutor:  # what is pending will say so
+                self._put_back(job)
+                return
+            self._handed_out += 1
 
-    def _next(
-        self,
-        pending: dict[Future[Done], Job],
-        todo: deque[list[int]],
-        blocks: Iterator[list[int]],
-    ) -> Job | None:
-        """Give the next job; one that needs a light which is being rendered waits."""
-        dark = {job.trials[0] // self._plan.block for job in pending.values() if job.only_light}
-        for _ in range(len(todo)):
-            numbers = todo.popleft()
-            if numbers[0] // self._plan.block in dark:
-                todo.append(numbers)
-                continue
-            return self._job(numbers, todo)
-        numbers = next(blocks, None)
-        if numbers is None:
-            return None
-        if numbers[0] // self._plan.block in dark:
-            todo.append(numbers)
-            return self._next(pending, deque(), blocks) if len(todo) < 64 else None
-        return self._job(numbers, todo)
+    def _next(self) -> Job | None:
+        """Give the next job; trials whose light is being rendered wait."""
+        for _ in range(len(self._todo)):
+            numbers = self._todo.popleft()
+            if not self._is_dark(numbers):
+                return self._job(numbers)
+            self._todo.append(numbers)
+        while len(self._todo) < MOST_WAITING:
+            fresh = next(self._blocks, [])
+            if not fresh:
+                return None
+            if not self._is_dark(fresh):
+                return self._job(fresh)
+            self._todo.append(fresh)
+        return None
 
-    def _job(self, numbers: list[int], todo: deque[list[int]]) -> Job:
-        block = numbers[0] // self._plan.block
+    def _is_dark(self, numbers: list[int]) -> bool:
+        block = self._block(numbers)
+        jobs = self._pending.values()
+        return any(job.only_light and self._block(job.trials) == block for job in jobs)
+
+    def _block(self, numbers: Sequence[int]) -> int:
+        return numbers[0] // self._plan.block
+
+    def _job(self, numbers: list[int]) -> Job:
+        """Give the first job of some trials of a block: its light, or as many as fill some time."""
+        block = self._block(numbers)
         if block not in self._lit:
             self._lit.add(block)
-            todo.append(numbers)
+            self._todo.append(numbers)
             return Job(self._setup, (numbers[0],), only_light=True)
         size = self._size()
         if len(numbers) > size:
-            todo.appendleft(numbers[size:])
+            self._todo.appendleft(numbers[size:])
         return Job(self._setup, tuple(numbers[:size]))
+
+    def _put_back(self, job: Job) -> None:
+        if job.only_light:
+            self._lit.discard(self._block(job.trials))
+        else:
+            self._todo.appendleft(list(job.trials))
 
     def _size(self) -> int:
         if self._trial_s is None:
             return FIRST_IN_JOB
         return int(min(max(JOB_S / max(self._trial_s, 1e-6), 1), MOST_IN_JOB))
 
-    def _take_in(
-        self,
-        executor: Executor,
-        pending: dict[Future[Done], Job],
-        todo: deque[list[int]],
-        finished: Iterable[Future[Done]],
-    ) -> Executor:
+    def _take_in(self, finished: Iterable[Future[Done]]) -> None:
         lost = []
         for future in finished:
-            job = pending.pop(future)
+            job = self._pending.pop(future)
             error = future.exception()
             if error is None:
                 self._done(job, future.result())
@@ -248,59 +257,64 @@ class _Run:
                 lost.append(job)
             else:
                 raise error
-        if not lost:
-            return executor
-        # The others of a broken pool end the same way; whose fault it is, is found out one by one.
-        if self._pool.local:
-            wait(pending, timeout=10.0)
-            for future, job in list(pending.items()):
-                if future.done() and not future.cancelled() and future.exception() is None:
-                    self._done(job, future.result())
-                else:
-                    lost.append(job)
-            pending.clear()
-            stop(executor)
-            executor = self._pool.executor()
-        self.tally.crashes += 1
-        for job in lost:
-            self._in_quarantine(job)
-        return executor
+        if lost:
+            self.tally.crashes += 1
+            self._try_again(lost + self._all_lost())
 
-    def _in_quarantine(self, job: Job) -> None:
-        """Work out a job in a process of its own, by halves if it dies, down to one trial."""
-        halves = deque([job])
-        while halves:
-            part = halves.popleft()
-            executor = self._pool.executor(1)
-            start = time.perf_counter()
-            try:
-                found = executor.submit(self._work, part).result()
-            except Exception as error:
-                if not self._pool.is_crash(error):
-                    raise
-                halves.extendleft(reversed(self._parts(part, time.perf_counter() - start)))
+    def _all_lost(self) -> list[Job]:
+        """Take in what a broken pool has left, and give what went with it; start a new one."""
+        if not self._pool.local:
+            return []
+        lost = []
+        wait(self._pending, timeout=10.0)
+        for future, job in self._pending.items():
+            if future.done() and not future.cancelled() and future.exception() is None:
+                self._done(job, future.result())
             else:
-                self._done(part, found)
-            finally:
-                stop(executor) if self._pool.local else executor.shutdown(wait=False)
-            self._flush(FLUSH_S)
-            self._report(self.tally)
+                lost.append(job)
+        self._pending.clear()
+        stop(self._executor)
+        self._executor = self._pool.executor()
+        self._handed_out = 0
+        return lost
 
-    def _parts(self, job: Job, seconds: float) -> list[Job]:
+    def _try_again(self, lost: list[Job]) -> None:
+        """Work out jobs one by one, by halves what kills its process, down to one trial."""
+        parts = deque(lost)
+        executor = self._pool.executor(1)
+        try:
+            while parts:
+                part = parts.popleft()
+                start = time.perf_counter()
+                try:
+                    found = executor.submit(self._work, part).result()
+                except Exception as error:
+                    if not self._pool.is_crash(error):
+                        raise
+                    parts.extendleft(reversed(self._halves(part, time.perf_counter() - start)))
+                    if self._pool.local:
+                        stop(executor)
+                        executor = self._pool.executor(1)
+                else:
+                    self._done(part, found)
+                self._flush(FLUSH_S)
+                self._report(self.tally)
+        finally:
+            stop(executor)
+
+    def _halves(self, job: Job, seconds: float) -> list[Job]:
         """Give the halves of a job whose process died; of one trial, none, but its row."""
-        if len(job.trials) > 1:
-            half = len(job.trials) // 2
-            return [
-                replace(job, trials=job.trials[:half]),
-                replace(job, trials=job.trials[half:]),
-            ]
         if job.only_light:
             return []  # its trials will find out for themselves
+        if len(job.trials) > 1:
+            half = len(job.trials) // 2
+            return [replace(job, trials=job.trials[:half]), replace(job, trials=job.trials[half:])]
         trial = self._plan.trial(job.trials[0])
         limit = self._setup.time_limit_s
-        reason = f"its process took longer than {limit:g} s" if seconds > limit else ""
-        reason = reason or "its process died: a crash in the detector, or no memory"
-        status = "timed_out" if seconds > limit else DIED
+        if seconds > limit:
+            status, reason = TIMED_OUT, f"its process took longer than {limit:g} s"
+        else:
+            status, reason = DIED, "its process died: a crash in the detector, or no memory"
         row = failed(trial, self._plan.key(trial), status, reason, self._kinds)
         self._done(job, Done([row], {}, seconds), timed=False)
         return []
@@ -311,7 +325,7 @@ class _Run:
             return
         self._rows += found.rows
         self.tally.done += len(found.rows)
-        self.tally.failed.update(str(row["status"]) for row in found.rows if row["status"] != "ok")
+        self.tally.failed.update(str(row["status"]) for row in found.rows if row["status"] != OK)
         if timed and found.rows:
             now = found.seconds / len(found.rows)
             self._trial_s = now if self._trial_s is None else 0.5 * (self._trial_s + now)
@@ -319,6 +333,6 @@ class _Run:
     def _flush(self, every_s: float) -> None:
         due = time.monotonic() - self._flushed >= every_s or len(self._rows) > FLUSH_ROWS
         if self._rows and due:
-            self._table.append(self._rows)
-            self._rows = []
+            rows, self._rows = self._rows, []
+            self._table.append(rows)
             self._flushed = time.monotonic()

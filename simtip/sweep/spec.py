@@ -22,12 +22,10 @@ class RangeSpec(SweepPart):
 
     low: Annotated[FiniteFloat, Field(alias="from", description="First value.")]
     high: Annotated[FiniteFloat, Field(alias="to", description="Last value.")]
-    count: Annotated[
-        int | None, Field(ge=2, le=MOST_LEVELS, description="How many values.")
-    ] = None
-    step: Annotated[
-        FiniteFloat | None, Field(gt=0, description="Or how far apart they are.")
-    ] = None
+    count: Annotated[int | None, Field(ge=2, le=MOST_LEVELS, description="How many values.")] = None
+    step: Annotated[FiniteFloat | None, Field(gt=0, description="Or how far apart they are.")] = (
+        None
+    )
     log: Annotated[bool, Field(description="Evenly spaced in the logarithm.")] = False
 
     @model_validator(mode="after")

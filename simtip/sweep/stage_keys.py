@@ -27,8 +27,10 @@ BOTH = ("camera", "geometry", "lens", "seeding", "errors", "yaml_file")
 SCENE = ("spec", "presets", "needle", "spectra", "flicker", "silhouette", "footprint", "truth")
 LIGHT = (*BOTH, *SCENE, "render", "clutter", "mix", "noise_budget", "light_inputs", "light_file")
 IMAGES = (*BOTH, *SCENE, "sensor", "exposure", "optics", "psf", "mix", "simulation", "render/view")
-MEASURE = ("camera", "geometry", "lens", "detect", "match", "correspondence", "triangulate")
-MEASURE += ("refine", "measure", "measuring_rig", "rig_file", "score", "trial", "sweep/stages")
+MEASURE = (
+    *("camera", "geometry", "lens", "detect", "match", "correspondence", "triangulate"),
+    *("refine", "measure", "measuring_rig", "rig_file", "score", "trial", "sweep/rows"),
+)
 """Modules and packages of simtip that a stage's result depends on."""
 
 RUNS_ON = {

@@ -189,7 +189,9 @@ class Stages:
         return None
 
     def _measuring(self, trial: Trial, spec: SceneSpec) -> tuple[ConfiguredDetector, Any, Any]:
-        name = digest_of([trial.measuring.identity, digest_of(image_inputs(spec)), spec.rig.measured])
+        name = digest_of(
+            [trial.measuring.identity, digest_of(image_inputs(spec)), spec.rig.measured]
+        )
         name += spec.refine.name
         return self._detectors.give(
             name, lambda: (trial.measuring.configured(), measuring_rig(spec), refiner_of(spec))

@@ -95,7 +95,6 @@ _AFTER = (
     *_of("float", "right_error_u_px right_error_v_px right_error_along_px right_error_across_px"),
     *_of("float", "tip_x_mm tip_y_mm tip_z_mm exposure_s"),
     *_of("text", "light_key image_key"),
-    *_of("bool", "light_cached image_cached detect_cached"),
     *_of("float", "render_s sensor_s detect_s"),
 )
 FIXED = (*_BEFORE, *_AFTER)

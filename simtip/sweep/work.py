@@ -1,7 +1,7 @@
 """What a worker process does: a job of some trials, one after the other.
 
-A job is small and plain: the sweep as data, and which trials. What a process needs to work, it makes
-once and keeps for the jobs that follow.
+A job is small and plain: the sweep as data, and which trials. What a process needs to work, it
+makes once and keeps for the jobs that follow.
 """
 
 from __future__ import annotations
@@ -131,6 +131,4 @@ def _workshop(setup: Setup) -> tuple[Plan, Stages]:
     if setup.threads is not None:
         use_threads(setup.threads)
     cache = None if setup.cache is None else Cache(Path(setup.cache), setup.cache_bytes)
-    return plan, Stages(
-        plan, cache, backend, Limit(setup.time_limit_s), threads=setup.threads
-    )
+    return plan, Stages(plan, cache, backend, Limit(setup.time_limit_s), threads=setup.threads)

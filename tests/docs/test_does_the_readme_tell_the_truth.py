@@ -81,11 +81,14 @@ def quarter(scene: SceneSpec) -> SceneSpec:
 
 
 @pytest.mark.slow
-def test_the_commands_run_as_written(tmp_path, scene):
+def test_the_commands_run_as_written(tmp_path, scene, monkeypatch):
     small = with_roi(scene, [740, 640, 160, 300], [950, 640, 160, 300])
     (tmp_path / "SCENE").write_text(dump_scene(small), encoding="utf-8")
     dimmed = dump_scene(small).replace("power: 1.0", "power: 0.5", 1)
     (tmp_path / "SCENE2").write_text(dimmed, encoding="utf-8")
+    sweep = {"scene": "SCENE", "factors": {"detect.threshold": [90, 105]}}
+    (tmp_path / "SWEEP").write_text(yaml.safe_dump(sweep), encoding="utf-8")
+    monkeypatch.setenv("SIMTIP_CACHE", str(tmp_path / "cache"))
     (tmp_path / "BOARDS").write_text(dump_scene(quarter(scene)), encoding="utf-8")
     simtip = [sys.executable, "-m", "simtip"]
     for k, command in enumerate(commands()):

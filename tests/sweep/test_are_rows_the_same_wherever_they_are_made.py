@@ -1,0 +1,73 @@
+"""Are rows the same bits with one worker, with two, and on a Dask cluster of worker processes?"""
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+from small_sweeps import assert_same_rows, rows, summary, sweep_file
+
+TRIALS = 32
+
+
+@contextmanager
+def cluster(folder):
+    """Run a scheduler and two worker processes of one thread; give the scheduler's address."""
+    address = folder / "scheduler.json"
+    environment = {**os.environ, "DASK_DISTRIBUTED__WORKER__DAEMON": "False"}
+    common = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-m", "dask", *words, "--scheduler-file", str(address)],
+            cwd=folder,
+            **common,
+        )
+        for words in (
+            ["scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"],
+            ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"],
+        )
+    ]
+    try:
+        deadline = time.monotonic() + 60
+        while not address.exists():
+            assert time.monotonic() < deadline, "no scheduler"
+            time.sleep(0.2)
+        import json
+
+        yield json.loads(address.read_text())["address"]
+    finally:
+        for process in reversed(started):
+            process.terminate()
+        for process in started:
+            process.wait(30)
+
+
+@pytest.mark.slow
+def test_one_worker_two_workers_and_a_cluster(tmp_path):
+    pytest.importorskip("distributed", reason="comes with simtip[cluster]")
+    file = sweep_file(tmp_path, detectors=["lin2020"])
+    found = {}
+    found["one"] = summary(file, tmp_path / "one", "--workers", 1, cache=tmp_path / "c1")
+    found["two"] = summary(file, tmp_path / "two", "--workers", 2, cache=tmp_path / "c2")
+    with cluster(tmp_path) as address:
+        options = ("--scheduler", address)
+        found["dask"] = summary(file, tmp_path / "dask", *options, cache=tmp_path / "c3")
+    expected = {"light": 2, "images": 8, "measure": TRIALS}
+    assert {name: said["worked_out"] for name, said in found.items()} == dict.fromkeys(
+        found, expected
+    )
+    assert len(rows(tmp_path / "one")) == TRIALS
+    assert_same_rows(tmp_path / "two", tmp_path / "one")
+    assert_same_rows(tmp_path / "dask", tmp_path / "one")
+
+
+@pytest.mark.slow
+def test_no_scheduler_is_one_line(tmp_path):
+    pytest.importorskip("distributed", reason="comes with simtip[cluster]")
+    from small_sweeps import run
+
+    file = sweep_file(tmp_path)
+    said = run(file, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1", code=2)
+    assert "no scheduler answers at tcp://127.0.0.1:1" in said

@@ -1,0 +1,42 @@
+"""Does a detector that crashes the process or never ends cost more than its own trials?"""
+
+import os
+
+import pytest
+from small_sweeps import rows, run, sweep_file
+
+DETECTOR = """
+import os, signal, time
+from simtip.detect import configure
+
+def find(image, threshold: int = 105, min_area_px: int = 300):
+    if threshold == 80:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if threshold == 100:
+        time.sleep(1000)
+    return configure("lin2020", {"threshold": threshold, "min_area_px": min_area_px})(image)
+"""
+
+
+@pytest.mark.slow
+def test_each_becomes_a_row_with_its_reason(tmp_path, monkeypatch):
+    (tmp_path / "bad_detector.py").write_text(DETECTOR)
+    paths = [str(tmp_path), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path for path in paths if path))
+    factors = {"sensor.exposure_s": [0.045, 0.05], "detect.threshold": [60, 80, 100, 120]}
+    file = sweep_file(tmp_path, factors=factors)
+    options = ("--workers", 2, "--detector", "bad_detector:find", "--time-limit", 3)
+    run(file, tmp_path / "out", *options)
+    found = rows(tmp_path / "out")
+    by_threshold = found.groupby("detect.threshold").status.unique().map(list).to_dict()
+    assert by_threshold == {60: ["ok"], 80: ["worker_died"], 100: ["timed_out"], 120: ["ok"]}
+    said = set(found.reason.dropna())
+    assert any("its process died" in reason for reason in said)
+    assert any("longer than 3 s" in reason for reason in said)
+
+
+@pytest.mark.slow
+def test_code_in_a_sweep_file_is_not_run(tmp_path):
+    file = sweep_file(tmp_path, detectors=["os:system"])
+    said = run(file, tmp_path / "out", code=2)
+    assert "may not start a program or import a module by itself" in said

@@ -1,0 +1,140 @@
+"""Is whatever is wrong with a sweep said before anything runs: field, line, the nearest remedy?"""
+
+import pytest
+import yaml
+from small_sweeps import scene_file
+from typer.testing import CliRunner
+
+from simtip.cli.program import app
+from simtip.errors import InputError
+from simtip.sweep.plan import Plan
+from simtip.sweep.sweep_file import read_sweep
+
+
+def problem(folder, **said):
+    scene_file(folder)
+    file = folder / "sweep.yaml"
+    file.write_text(yaml.safe_dump({"scene": "scene.yaml", **said}, sort_keys=False))
+    with pytest.raises(InputError) as caught:
+        source = read_sweep(file)
+        try:
+            Plan(source.spec, source.scene, (), str(file))
+        except InputError as error:
+            raise source.located(error) from error
+    return str(caught.value)
+
+
+CASES = {
+    "a field that is none": (
+        {"factors": {"lamps[0].pwer": [1.0]}},
+        ["sweep.yaml:3", "lamps[0].pwer", "did you mean 'lamps[0].power'?"],
+    ),
+    "a lamp that is not there": (
+        {"factors": {"lamps[7].power": [1.0]}},
+        ["lamps[7].power", "is no field of the scene"],
+    ),
+    "a value of another type": (
+        {"factors": {"sensor.exposure_s": ["long"]}},
+        ["sensor.exposure_s", "has to be a number, not the text 'long'"],
+    ),
+    "a value beyond its range": (
+        {"factors": {"sensor.exposure_s": [0.05, -1.0]}},
+        ["sensor.exposure_s", "not -1.0"],
+    ),
+    "a parameter that no detector has": (
+        {"factors": {"detect.treshold": [90]}},
+        ["detect.treshold", "did you mean detect.threshold?"],
+    ),
+    "a parameter out of range": (
+        {"factors": {"detect.threshold": [90, 900]}},
+        ["detect.threshold", "900 is above"],
+    ),
+    "the detector as a factor": (
+        {"factors": {"detect.name": ["lin2020", "subpixel"]}},
+        ["list them in detectors"],
+    ),
+    "a detector that is none": (
+        {"detectors": ["lin2021"]},
+        ["detectors[0]", "did you mean 'lin2020'?"],
+    ),
+    "a program in a file": (
+        {"detectors": ["cmd:./mine {image}"]},
+        ["may not start a program"],
+    ),
+    "two detectors of one label": (
+        {"detectors": ["lin2020", "lin2020"]},
+        ["detectors[1]", "label of its own"],
+    ),
+    "a range without values": (
+        {"factors": {"sensor.exposure_s": {"from": 0.01, "to": 0.05}}},
+        ["neither count nor step"],
+    ),
+    "a range backwards": (
+        {"factors": {"sensor.exposure_s": {"from": 0.05, "to": 0.01, "count": 3}}},
+        ["is not above from"],
+    ),
+    "the logarithm of nothing": (
+        {"factors": {"sensor.exposure_s": {"from": 0, "to": 0.01, "count": 3, "log": True}}},
+        ["has no logarithm"],
+    ),
+    "too many values": (
+        {"factors": {"sensor.exposure_s": {"from": 0.01, "to": 0.05, "step": 1e-9}}},
+        ["more than 100000 values"],
+    ),
+    "lists of different length": (
+        {"zipped": [{"lamps[0].power": [1.0, 2.0], "lamps[1].power": [1.0]}]},
+        ["zipped[0]", "different length"],
+    ),
+    "a field that varies twice": (
+        {"factors": {"lamps[0].power": [1.0]}, "zipped": [{"lamps[0].power": [1.0]}]},
+        ["varies twice"],
+    ),
+    "an unknown key": ({"factor": {}}, ["factor", "is no key of a sweep", "factors"]),
+    "no list": ({"factors": {"lamps[0].power": 3}}, ["lamps[0].power", "give a list"]),
+    "no repeats": ({"repeats": 0}, ["repeats"]),
+    "a scene that is not there": ({"scene": "none.yaml"}, ["none.yaml"]),
+    "a base that fits nothing": ({"base": {"sensor.gain": 1.0}}, ["sensor.gain", "did you mean"]),
+    "more trials than anyone wants": (
+        {
+            "factors": {
+                f"lamps[{k}].{name}": {"from": 1.0, "to": 2.0, "count": 10000}
+                for k in (0, 1)
+                for name in ("power", "length_mm")
+            }
+        },
+        ["more than 1e+12 trials"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_wrong_is_one_line(case, tmp_path):
+    given, expected = CASES[case]
+    said = problem(tmp_path, **given)
+    assert "\n" not in said
+    for part in expected:
+        assert part in said
+
+
+def test_on_the_command_line_it_is_exit_code_2_and_nothing_is_written(tmp_path, capsys):
+    scene_file(tmp_path)
+    file = tmp_path / "sweep.yaml"
+    file.write_text("scene: scene.yaml\nfactors: {detect.treshold: [1]}\n")
+    from simtip.cli import main
+
+    with pytest.raises(SystemExit) as caught:
+        main(["sweep", str(file), "-o", str(tmp_path / "out")])
+    assert caught.value.code == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "sweep.yaml:2" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "", "{", "scene: !!python/name:os.system"])
+def test_a_file_that_is_no_sweep(text, tmp_path):
+    file = tmp_path / "sweep.yaml"
+    file.write_text(text)
+    done = CliRunner().invoke(app, ["sweep", str(file), "-o", str(tmp_path / "out")])
+    assert isinstance(done.exception, InputError)
+    assert "sweep.yaml" in str(done.exception)
