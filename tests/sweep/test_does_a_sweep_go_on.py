@@ -100,7 +100,7 @@ def test_a_dry_run_says_how_much_and_does_nothing(tmp_path):
     assert "seconds" not in run(file, tmp_path / "out", "--dry-run", cache=tmp_path / "cache")
 
 
-def test_the_examples_are_what_they_say(tmp_path):
+def test_the_examples_are_what_they_say():
     from pathlib import Path
 
     from simtip.sweep.plan import Plan

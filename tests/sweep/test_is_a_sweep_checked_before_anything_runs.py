@@ -16,12 +16,16 @@ def problem(folder, **said):
     file = folder / "sweep.yaml"
     file.write_text(yaml.safe_dump({"scene": "scene.yaml", **said}, sort_keys=False))
     with pytest.raises(InputError) as caught:
-        source = read_sweep(file)
-        try:
-            Plan(source.spec, source.scene, (), str(file))
-        except InputError as error:
-            raise source.located(error) from error
+        planned(file)
     return str(caught.value)
+
+
+def planned(file):
+    source = read_sweep(file)
+    try:
+        Plan(source.spec, source.scene, (), str(file))
+    except InputError as error:
+        raise source.located(error) from error
 
 
 CASES = {
