@@ -12,7 +12,7 @@ COUNT = 100_000
 
 # Random reasons, which no compression makes small: to hold all rows would need their room.
 COMMON = """
-import json, random, resource, sys
+import json, random, sys
 from pathlib import Path
 import pandas, pyarrow.parquet
 sys.path[:0] = [sys.argv[2]]
@@ -40,7 +40,8 @@ print("{{}}")
 # The peak is what a process ever needed: the calls come in order of what they may need.
 CALLS = f"""{COMMON}
 def peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("VmHWM:")[2].split()[0]) / 1024
 
 module.BATCH_ROWS, module.MERGE_ABOVE = 2000, 4
 make(folder.parent / "warm", rows(0, 1)).frame()  # loads what is loaded late
@@ -70,7 +71,7 @@ def told(code: str, folder: Path) -> dict:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif("sys.platform != 'linux'", reason="the unit of ru_maxrss differs")
+@pytest.mark.skipif("sys.platform != 'linux'", reason="memory is read from /proc")
 def test_a_hundred_thousand_rows(tmp_path):
     """The reasons alone are 60 MB."""
     told(FILL, tmp_path / "out")
