@@ -198,13 +198,21 @@ class Stages:
         )
 
     def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
-        if self._cache is not None:
+        if self._cache is None:
+            return self._exposed(setting, timings)
+        # Two workers may get trials of the same images at once.
+        with self._cache.lock(IMAGES, setting.images):
             folder = self._cache.entry(IMAGES, setting.images)
             shot = None if folder is None else _read_shot(folder)
             if shot is not None:
                 return shot
             if folder is not None:
                 self._cache.discard(IMAGES, setting.images)
+            made = self._exposed(setting, timings)
+            self._cache.put(IMAGES, setting.images, lambda folder: _write_shot(folder, made))
+            return made
+
+    def _exposed(self, setting: Setting, timings: dict[str, float]) -> Shot:
         with self.limit.paused():
             views = self._lights.give(setting.light, lambda: self._lit(setting, timings))
         start = time.perf_counter()
@@ -217,10 +225,7 @@ class Stages:
         )
         timings["sensor_s"] = time.perf_counter() - start
         self.counts[IMAGES] += 1
-        shot = Shot(done.images, done.spec.sensor.exposure_s)
-        if self._cache is not None:
-            self._cache.put(IMAGES, setting.images, lambda folder: _write_shot(folder, shot))
-        return shot
+        return Shot(done.images, done.spec.sensor.exposure_s)
 
     def _lit(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
         if self._cache is None:
