@@ -15,13 +15,11 @@ from simtip.errors import InputError
 from simtip.sweep.cache import (
     DEFAULT_LIMIT_BYTES,
     FOLDER_VARIABLE,
-    SIZE_OPTION,
     Cache,
     Kind,
     default_folder,
-    parse_size,
-    shown_size,
 )
+from simtip.sweep.sizes import SIZE_OPTION, parse_size, shown_size
 
 CacheOption = Annotated[
     Path | None,

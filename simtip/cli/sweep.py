@@ -89,8 +89,9 @@ def _setup(
     plan: Plan, backend: str | None, cache: Path | None, cache_size: str, time_limit: float
 ) -> Setup:
     from simtip.render import choose
-    from simtip.sweep.cache import Cache, default_folder, parse_size
+    from simtip.sweep.cache import Cache, default_folder
     from simtip.sweep.resuming import as_json as data_of
+    from simtip.sweep.sizes import parse_size
     from simtip.sweep.work import Setup
 
     with as_option("--cache-size"):

@@ -14,9 +14,7 @@ import secrets
 import shutil
 import socket
 import stat
-import sys
 import time
-import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -26,13 +24,12 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from simtip.errors import InputError
-
-if sys.platform != "win32":
-    import fcntl
+from simtip.sweep.locked_file import let_go, open_locked, unlink_if_unlocked
+from simtip.sweep.log_records import framed, records
 
 FOLDER_VARIABLE = "SIMTIP_CACHE"
 DEFAULT_LIMIT_BYTES = 20_000_000_000
-SIZE_OPTION = "--cache-size"
+
 
 LAYOUT = "v1"
 TEMPORARY = "tmp"
@@ -47,56 +44,12 @@ SHARE = 20
 """A process looks through the whole cache when it has added 1/20 of the limit; then as much is
 left free, or a full cache would have to be looked through at every entry."""
 DAY_S = 86400.0
-ATTEMPTS = 10_000
-"""At locking a file that others remove meanwhile; without end where file numbers do not last."""
-
-UNITS = ("B", "kB", "MB", "GB", "TB")
-SIZE = re.compile(r"\s*([0-9]{1,15})(?:\.([0-9]{1,9}))?\s*(?:([kmgt])(i?))?b\s*", re.IGNORECASE)
 
 
 def default_folder() -> Path:
     """Give the folder that ``SIMTIP_CACHE`` names, else this user's usual place for caches."""
     named = os.environ.get(FOLDER_VARIABLE)
     return Path(named) if named else user_cache_path("simtip")
-
-
-def parse_size(text: str) -> int:
-    """Read a size such as ``20GB`` or ``1.5 GiB``.
-
-    Parameters
-    ----------
-    text
-        A number and its unit: B, kB, MB, GB, TB or kiB, MiB, GiB, TiB, in small letters or large.
-
-    Returns
-    -------
-    int
-        Bytes; what a fraction leaves of a byte is dropped.
-
-    Raises
-    ------
-    InputError
-        It is something else.
-    """
-    found = SIZE.fullmatch(text)
-    if found is None:
-        raise InputError(
-            f"{text!r} is no size", field=SIZE_OPTION, remedy="write it like 20GB or 512MiB"
-        )
-    whole, fraction, prefix, binary = found.groups(default="")
-    unit: int = (1024 if binary else 1000) ** " kmgt".index(prefix.lower() or " ")
-    parts: int = 10 ** len(fraction)
-    return int(whole + fraction) * unit // parts
-
-
-def shown_size(n: int) -> str:
-    """Give bytes as people read them, three digits: ``1.53 GB``."""
-    size, unit = float(n), UNITS[0]
-    for unit in UNITS:
-        if size < 999.5 or unit == UNITS[-1]:
-            break
-        size /= 1000
-    return f"{size:.3g} {unit}" if size < 999.5 else f"{size:.0f} {unit}"
 
 
 @dataclass(frozen=True)
@@ -259,14 +212,14 @@ class Cache:
         descriptor, locked = None, False
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor, locked = _open_locked(path, os.O_RDWR | os.O_CREAT)
+            descriptor, locked = open_locked(path, os.O_RDWR | os.O_CREAT)
         except OSError:
             pass
         try:
             yield locked
         finally:
             if descriptor is not None:
-                _let_go(descriptor, path if locked else None)
+                let_go(descriptor, path if locked else None)
 
     def append(self, kind: str, key: str, line: str) -> None:
         """Add a record to a log, whole or, when it cannot be written, not at all.
@@ -281,7 +234,7 @@ class Cache:
         ValueError
             There is a line feed in it.
         """
-        record = _framed(line.encode("utf-8", "surrogatepass"))
+        record = framed(line.encode("utf-8", "surrogatepass"))
         path = self._log(kind, key)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -302,7 +255,7 @@ class Cache:
             return []
         with suppress(OSError):
             os.utime(path)
-        return list(_records(data))
+        return list(records(data))
 
     def discard(self, kind: str, key: str) -> None:
         """Remove what is kept under a key, entry and log, because it is damaged."""
@@ -354,7 +307,7 @@ class Cache:
                 shutil.rmtree(found.path, ignore_errors=True)
                 freed += 0 if os.path.lexists(found.path) else size
         for found in _listed(self._root / LOCKS):
-            _unlink_if_unlocked(Path(found.path))
+            unlink_if_unlocked(Path(found.path))
         return freed
 
     def _place(self, kind: str, key: str) -> Path:
@@ -418,7 +371,7 @@ class Cache:
     def _remove(self, path: Path) -> bool:
         """Remove an entry or a log, and say whether this call did."""
         if path.suffix == LOG_ENDING:
-            return _unlink_if_unlocked(path)
+            return unlink_if_unlocked(path)
         try:
             temporary = self._temporary()
             path.rename(temporary)  # readers find all of it or none
@@ -588,117 +541,12 @@ def _is_alive(process: int) -> bool:
     return True
 
 
-def _flock(descriptor: int, *, wait: bool) -> bool:
-    """Lock an open file, and say whether that is possible here.
-
-    Raises
-    ------
-    BlockingIOError
-        Another holds it, and this shall not wait.
-    """
-    if sys.platform == "win32":
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except BlockingIOError:
-        raise
-    except OSError:
-        return False
-    return True
-
-
-def _open_locked(path: Path, flags: int, *, wait: bool = True) -> tuple[int, bool]:
-    """Open and lock a file that others may remove while they hold the lock.
-
-    Returns
-    -------
-    tuple
-        The descriptor, and whether it is locked; if so, the path still names that file.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened; or another holds it, and this shall not wait.
-    """
-    for _ in range(ATTEMPTS):
-        descriptor = os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666)
-        try:
-            locked = _flock(descriptor, wait=wait)
-            if not locked or _names(path, descriptor):
-                return descriptor, locked
-        except BaseException:
-            os.close(descriptor)
-            raise
-        os.close(descriptor)
-    return os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666), False
-
-
-def _names(path: Path, descriptor: int) -> bool:
-    """Say whether a path still names an open file."""
-    try:
-        return os.path.samestat(path.stat(), os.fstat(descriptor))
-    except FileNotFoundError:
-        return False
-
-
-def _let_go(descriptor: int, path: Path | None) -> None:
-    """Close a file and so free its lock; `path` is removed first, while nobody else has it."""
-    try:
-        if path is not None:
-            with suppress(OSError):
-                path.unlink()
-            if sys.platform != "win32":
-                # A child forked meanwhile would keep it locked.
-                fcntl.flock(descriptor, fcntl.LOCK_UN)
-    finally:
-        os.close(descriptor)
-
-
-def _unlink_if_unlocked(path: Path) -> bool:
-    """Remove a file unless another holds its lock, and say whether this call did."""
-    try:
-        descriptor, locked = _open_locked(path, os.O_RDWR, wait=False)
-    except OSError:
-        return False
-    if locked:
-        _let_go(descriptor, path)
-        return not path.exists()
-    os.close(descriptor)
-    try:
-        path.unlink()
-    except OSError:
-        return False
-    return True
-
-
 def _append(path: Path, record: bytes) -> int:
     """Write a record at the end of a file in one go, and give the bytes that it added."""
-    descriptor, _ = _open_locked(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    descriptor, _ = open_locked(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     try:
         before = os.fstat(descriptor).st_size
         os.write(descriptor, record)
         return _in_blocks(os.fstat(descriptor).st_size) - _in_blocks(before)
     finally:
         os.close(descriptor)
-
-
-def _framed(payload: bytes) -> bytes:
-    """Give a record: it begins a line, so that one cut short does not spoil the next.
-
-    Raises
-    ------
-    ValueError
-        There is a line feed in it.
-    """
-    if b"\n" in payload:
-        raise ValueError("a record of a log is one line")
-    return b"\n%d %08x %s" % (len(payload), zlib.crc32(payload), payload)
-
-
-def _records(data: bytes) -> Iterator[str]:
-    """Give what the whole records of a log say."""
-    for record in data.split(b"\n"):
-        parts = record.split(b" ", 2)
-        if len(parts) == 3 and _framed(parts[2])[1:] == record:
-            with suppress(UnicodeDecodeError):
-                yield parts[2].decode("utf-8", "surrogatepass")

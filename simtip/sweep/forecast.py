@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from simtip.output_folder import write_atomically
-from simtip.sweep.cache import Cache, shown_size
+from simtip.sweep.cache import Cache
 from simtip.sweep.plan import Plan
+from simtip.sweep.sizes import shown_size
 from simtip.sweep.stage_keys import light_key
 from simtip.sweep.table import Table
 from simtip.sweep.work import Setup

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from simtip.errors import InputError
-from simtip.sweep.cache import parse_size, shown_size
+from simtip.sweep.sizes import parse_size, shown_size
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import threading
 import pytest
 from cache_processes import KEYS, ended, kill, start
 
-from simtip.sweep import cache as module
+from simtip.sweep import locked_file as module
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="flock")
 
