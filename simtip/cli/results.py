@@ -195,7 +195,7 @@ def _show_overview(table: Table, chosen: pd.DataFrame, first: pd.DataFrame) -> N
 
 def _varying(table: Table, chosen: pd.DataFrame) -> list[str]:
     """Give the factors, and such as a factor, that have more than one value."""
-    from simtip.sweep.table import FIXED
+    from simtip.sweep.columns import FIXED
 
     fixed = {column.name for column in FIXED} - {"repeat", "detector"}
     names = [column.name for column in table.columns if column.name not in fixed]

@@ -20,11 +20,11 @@ from simtip.mix import steady_weights
 from simtip.noise_budget import noise_tolerance
 from simtip.spec import SceneSpec
 from simtip.sweep.assignment import Scenes
+from simtip.sweep.columns import Kind
 from simtip.sweep.detectors import Measuring, measuring
 from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
 from simtip.sweep.spec import GridSpec, RangeSpec, SampledSpec, SweepSpec
 from simtip.sweep.stage_keys import digest_of
-from simtip.sweep.table import Kind
 
 DETECT = "detect."
 NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")

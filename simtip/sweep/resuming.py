@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.errors import InputError
+from simtip.sweep.columns import Column, Row, columns_for
 from simtip.sweep.plan import Plan
 from simtip.sweep.rows import factor_cells
-from simtip.sweep.table import HEAD, OK, Column, Row, Table, columns_for
+from simtip.sweep.table import HEAD, OK, Table
 
 LOCK = ".lock"
 

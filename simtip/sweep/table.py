@@ -10,7 +10,6 @@ One process writes at a time; any number of others may read meanwhile.
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import secrets
@@ -21,13 +20,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import numpy as np
 
 from simtip.errors import InputError
 from simtip.input_file import read_bytes
 from simtip.output_folder import PREFIX
+from simtip.sweep.columns import Column, Row, checked, fitting
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from pyarrow import parquet
 
-Kind = Literal["int", "float", "text", "bool"]
-Row = dict[str, object]
+
 T = TypeVar("T")
 
 FORMAT = 1
@@ -65,51 +64,6 @@ _TEMPORARY = f"{PREFIX}table-"
 _ROWS_FOLDER = re.compile(r"rows(?:-(\d{1,9}))?")
 _PART = re.compile(r"part-(\d{8,12})\.parquet")
 _AGAIN = "remove it and run the sweep again: its trials will be computed anew"
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of the table; any of its values may be missing.
-
-    Parameters
-    ----------
-    name
-        Plain, or the path of a field such as ``lamps[0].power``.
-    kind
-        ``int`` (64 bits, signed), ``float`` (64 bits, NaN is missing), ``text`` or ``bool``.
-    """
-
-    name: str
-    kind: Kind
-
-
-def _of(kind: Kind, names: str) -> tuple[Column, ...]:
-    return tuple(Column(name, kind) for name in names.split())
-
-
-_BEFORE = (*_of("text", "key"), *_of("int", "trial repeat seed"), *_of("text", "detector"))
-_AFTER = (
-    *_of("text", "status reason"),
-    *_of("float", "error_x_mm error_y_mm error_z_mm error_norm_mm refined_norm_mm"),
-    *_of("float", "left_error_u_px left_error_v_px left_error_along_px left_error_across_px"),
-    *_of("float", "right_error_u_px right_error_v_px right_error_along_px right_error_across_px"),
-    *_of("float", "tip_x_mm tip_y_mm tip_z_mm exposure_s"),
-    *_of("text", "light_key image_key"),
-    *_of("float", "render_s sensor_s detect_s"),
-)
-FIXED = (*_BEFORE, *_AFTER)
-"""The columns of every sweep; those of its factors stand after ``detector``."""
-
-
-def columns_for(factors: Iterable[Column]) -> tuple[Column, ...]:
-    """Give all columns of a sweep with these factors, in order.
-
-    Raises
-    ------
-    ValueError
-        Two have the same name.
-    """
-    return _checked((*_BEFORE, *factors, *_AFTER))
 
 
 class Table:
@@ -152,7 +106,7 @@ class Table:
         ValueError
             Columns are missing or have the same name, or the provenance is nothing for JSON.
         """
-        head = _Head(_checked(columns), provenance)
+        head = _Head(checked(columns), provenance)
         text = head.text()
         try:
             rows = folder / head.rows
@@ -253,7 +207,7 @@ class Table:
             As for `create`; the old table stays.
         """
         old = self._begin()
-        head = _Head(_checked(columns), provenance, _rows_name_after(old.rows))
+        head = _Head(checked(columns), provenance, _rows_name_after(old.rows))
         text = head.text()
         try:
             _write_rows(self.folder / head.rows, head, rows)
@@ -362,21 +316,6 @@ class _Head:
         return pa.schema(fields, metadata={META: json.dumps(self.provenance)})
 
 
-def _checked(columns: Iterable[Column]) -> tuple[Column, ...]:
-    checked = tuple(columns)
-    names = [column.name for column in checked]
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise ValueError(f"two columns are named {min(twice)!r}")
-    if any(column.kind not in get_args(Kind) for column in checked):
-        raise ValueError(f"a column's kind is none of {', '.join(get_args(Kind))}")
-    needed = {Column("key", "text"), Column("trial", "int"), Column("status", "text")}
-    missing = needed - set(checked)
-    if missing:
-        raise ValueError(f"no column {min(column.name for column in missing)!r} as it has to be")
-    return checked
-
-
 def _read_head(folder: Path) -> _Head:
     file = folder / HEAD
     if not folder.is_dir():
@@ -406,7 +345,7 @@ def _parsed_head(found: dict[str, Any], file: Path) -> _Head:
             file=file,
             remedy="read it with the version of simtip that wrote it",
         )
-    columns = _checked(Column(str(c["name"]), c["kind"]) for c in found["columns"])
+    columns = checked(Column(str(c["name"]), c["kind"]) for c in found["columns"])
     rows, provenance = found["rows"], found["provenance"]
     if not _ROWS_FOLDER.fullmatch(rows) or not isinstance(provenance, dict):
         raise ValueError(rows)
@@ -443,61 +382,10 @@ def _as_table(rows: Sequence[Row], head: _Head) -> pa.Table:
     if unknown:
         raise TypeError(f"there is no column {min(map(repr, unknown))}")
     arrays = [
-        pa.array(_fitting(column, [row.get(column.name) for row in rows]), field.type)
+        pa.array(fitting(column, [row.get(column.name) for row in rows]), field.type)
         for column, field in zip(head.columns, schema, strict=True)
     ]
     return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _fitting(column: Column, values: list[object]) -> list[object]:
-    """Give a column's values as plain Python ones."""
-    plain = _PLAIN[column.kind]
-    for k, value in enumerate(values):
-        if value is not None:
-            try:
-                values[k] = plain(value)
-            except (TypeError, OverflowError):
-                text = repr(value)[:80]
-                raise TypeError(f"column {column.name!r}: {text} is no {column.kind}") from None
-        elif column.name == "key":
-            raise TypeError("column 'key': a row has no key")
-    return values
-
-
-def _plain_int(value: object) -> int:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool):
-        raise TypeError
-    if not -(2**63) <= value < 2**63:
-        raise OverflowError
-    return int(value)
-
-
-def _plain_float(value: object) -> float | None:
-    if not isinstance(value, float | int | np.floating | np.integer) or isinstance(value, bool):
-        raise TypeError
-    number = float(value)
-    return None if math.isnan(number) else number
-
-
-def _plain_text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError
-    # Names of files may hold what is no Unicode.
-    return value.encode("utf-8", "backslashreplace").decode()
-
-
-def _plain_bool(value: object) -> bool:
-    if not isinstance(value, bool | np.bool_):
-        raise TypeError
-    return bool(value)
-
-
-_PLAIN: dict[Kind, Callable[[object], object]] = {
-    "int": _plain_int,
-    "float": _plain_float,
-    "text": _plain_text,
-    "bool": _plain_bool,
-}
 
 
 # Writing

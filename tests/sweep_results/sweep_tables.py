@@ -7,7 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from simtip.sweep.table import Column, Table, columns_for
+from simtip.sweep.columns import Column, columns_for
+from simtip.sweep.table import Table
 
 FACTORS = (
     Column("lamps[0].power", "float"),

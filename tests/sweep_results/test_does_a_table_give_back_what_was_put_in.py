@@ -13,7 +13,8 @@ from sweep_tables import COLUMNS, FACTORS, PROVENANCE, left_over, make, parts, r
 
 from simtip.errors import InputError
 from simtip.sweep import table as table_module
-from simtip.sweep.table import FIXED, Column, Table, columns_for
+from simtip.sweep.columns import FIXED, Column, columns_for
+from simtip.sweep.table import Table
 
 TEXTS = ["", " ", "ä\n\t\x00€", "🪡" * 50, "a,b\"c'", "-1", "nan", "[red]x[/red]"]
 INTS = [0, -1, 2**53 + 1, 2**63 - 1, -(2**63)]
