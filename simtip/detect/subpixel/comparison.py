@@ -21,7 +21,7 @@ from simtip.detect.subpixel.picture import (
     shaft_columns,
     tip_columns,
 )
-from simtip.detect.subpixel.scenery import POSE, Scenery
+from simtip.detect.subpixel.scenery import BLUR, POSE, Scenery
 from simtip.detect.subpixel.shaft_equations import RIM_DEVIATION, RIM_LEVEL
 from simtip.geometry import Array
 
@@ -35,6 +35,9 @@ TILT_STEP = 0.005
 SHAPE_PRECISION = 1e-2
 
 LEAST_COVER = 1e-3
+
+HELD = 1e12
+"""Precision of what is taken as known."""
 
 SHAFT_END = GROUND_COLUMNS + SHAFT_COLUMNS
 COLUMNS = SHAFT_END + TIP_COLUMNS
@@ -81,7 +84,7 @@ class Comparison:
 def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     """Hold an outline against the pixels, its brightness at its best."""
     placed = scenery.place(family, values)
-    covered = scenery.cover(placed)
+    covered = scenery.cover(placed, values[BLUR])
     near = _near(covered, scenery)
     u, v = scenery.points(near)
     ground, value = (each[near] for each in scenery.weighted)
@@ -93,7 +96,7 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
         (tip, slice(SHAFT_COLUMNS, None), tip_columns),
     ):
         (there,) = np.nonzero(share > LEAST_COVER)
-        bare[there, parts] = make(placed, u[there], v[there], scenery.variance_px2)
+        bare[there, parts] = make(placed, u[there], v[there], values[BLUR])
     columns = np.empty((len(near), COLUMNS))
     np.multiply(ground, (1 - whole)[:, None], out=columns[:, :GROUND_COLUMNS])
     on_shaft, on_tip = ((whole - tip) * precision)[:, None], (tip * precision)[:, None]
@@ -153,7 +156,10 @@ def _prior(level: float) -> tuple[Array, Array]:
 def _off(scenery: Scenery, values: Array) -> float:
     shift = values[1] / scenery.shift_deviation
     half = (values[2] - scenery.half_px) / scenery.half_deviation
-    return float(shift**2 + half**2)
+    blur = 0.0
+    if scenery.variance_deviation > 0:
+        blur = (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation
+    return float(shift**2 + half**2 + blur**2)
 
 
 def derivative(
@@ -166,17 +172,20 @@ def derivative(
     here = _picture(scenery, found, found.cover)
     change = np.empty((len(found.near), len(values)))
     for k in range(len(values)):
+        if k == BLUR and not scenery.variance_deviation > 0:
+            change[:, k] = 0.0
+            continue
         moved = values.copy()
         step = STEP_PX if k < POSE else SHAPE_STEP
         moved[k] += step if values[k] + step <= high[k] else -step
-        there = scenery.cover(scenery.place(family, moved))
+        there = scenery.cover(scenery.place(family, moved), moved[BLUR])
         change[:, k] = (_picture(scenery, found, there) - here) / (moved[k] - values[k])
     return change
 
 
 def derivative_by_tilt(scenery: Scenery, family: Family, values: Array, found: Comparison) -> Array:
     """Give the derivative of the picture by the sight's tilt, as `derivative` does (n,)."""
-    there = scenery.cover(scenery.tilted(TILT_STEP).place(family, values))
+    there = scenery.cover(scenery.tilted(TILT_STEP).place(family, values), values[BLUR])
     here = _picture(scenery, found, found.cover)
     return np.asarray((_picture(scenery, found, there) - here) / TILT_STEP)
 
@@ -202,5 +211,10 @@ def shape_equations(
     g[1] -= values[1] / scenery.shift_deviation**2
     H[2, 2] += 1 / scenery.half_deviation**2
     g[2] -= (values[2] - scenery.half_px) / scenery.half_deviation**2
+    if scenery.variance_deviation > 0:
+        H[BLUR, BLUR] += 1 / scenery.variance_deviation**2
+        g[BLUR] -= (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation**2
+    else:
+        H[BLUR, BLUR] = HELD
     H[np.arange(POSE, len(values)), np.arange(POSE, len(values))] += SHAPE_PRECISION
     return H, g

@@ -18,8 +18,19 @@ SIDE_PX, BELOW_PX = 6, 8
 BLURRED_WIDTH = 0.3
 """How far the shaft's half width may be off in a blurred picture, px."""
 
-POSE = 3
-"""Parameters before the shape: row v of z = 0 on the axis, shift across, half width."""
+POSE = 4
+"""Parameters before the shape: row v of z = 0 on the axis, shift across, half width, variance of
+the blur, px^2."""
+
+BLUR = 3
+"""Of those, the last."""
+
+BLUR_SHARE, BLUR_DEVIATION_PX2 = 0.25, 0.02
+"""How far the shaft's blur may be off, of it, and px^2 more: width and blur are told apart by the
+shape of an edge only. A tip has edges across, too."""
+
+HELD_PX2 = 0.1
+"""So sharp, a picture is the same whatever its blur: that is taken as known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +47,8 @@ class Scenery:
         The shaft's fit.
     shift_deviation, half_deviation
         Of the shaft's axis at the tip, px, and of its half width.
-    variance_px2
-        Of the blur at the tip.
+    variance_px2, variance_deviation
+        Of the blur at the tip, by the shaft; 0 takes it as known.
     level
         Of the background, DN.
     tilt
@@ -56,6 +67,7 @@ class Scenery:
     half_deviation: float
     half_px: float
     variance_px2: float
+    variance_deviation: float
     level: float
     tilt: float
     rim_tilt: float
@@ -94,7 +106,7 @@ class Scenery:
 
     def place(self, family: Family, values: Array) -> Placed:
         """Put an outline into the image."""
-        v, shift, half = values[:POSE]
+        v, shift, half, _ = values[:POSE]
         slope = float(self.shaft.slope(np.array(v)))
         hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
         across = np.array([-hub[1], hub[0]])
@@ -117,9 +129,9 @@ class Scenery:
         x, z = family.apex(values[2], values[POSE:], self.tilt)
         return np.asarray(placed.origin + x * across + z * placed.hub)
 
-    def cover(self, placed: Placed) -> Cover:
-        """Work out what an outline covers."""
-        return cover(placed, self.window, self.variance_px2, self.shaft.disc_share)
+    def cover(self, placed: Placed, variance_px2: float) -> Cover:
+        """Work out what an outline covers in a picture so blurred."""
+        return cover(placed, self.window, variance_px2, self.shaft.disc_share)
 
 
 def window_about(
@@ -145,6 +157,7 @@ def scenery_of(
 ) -> Scenery:
     """Gather what a tip is fitted to."""
     variance = float(shaft.variance_px2(np.array(v_end)))
+    doubt = BLUR_SHARE * variance + BLUR_DEVIATION_PX2 if variance > HELD_PX2 else 0.0
     half = float(shaft.half_px(np.array(v_end)))
     window = window_about(image.shape, shaft, half, v_end, depth, 3 * np.sqrt(variance))
     part = image[window.v : window.v + window.height, window.u : window.u + window.width]
@@ -165,6 +178,7 @@ def scenery_of(
         max(half_deviation, 0.01) + BLURRED_WIDTH * variance / (variance + 0.1),
         half,
         variance,
+        doubt,
         level,
         *tilts,
         slope_deviation,

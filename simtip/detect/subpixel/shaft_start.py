@@ -15,12 +15,13 @@ from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 
 START_BLURS = (
     *((variance, 0.0) for variance in (0.03, 0.6, 2.5)),
-    *((variance, share) for share in (0.95, 0.5) for variance in (0.25, 0.7, 1.5, 3.0)),
+    *((variance, share) for share in (0.95, 0.7, 0.5) for variance in (0.25, 0.7, 1.5, 3.0)),
 )
 """Variance, px^2, and the disc's share: from each the shaft's fit begins, and the best is kept."""
 
-UNEVEN_MISFIT = 20.0
-"""A shaft that fits worse is tried anew with half its rows."""
+UNEVEN_MISFIT, EVENER = 8.0, 0.4
+"""A shaft that fits worse is tried anew with half its rows; they are taken if at most such a part
+of the misfit is left: of what fits badly everywhere, more rows tell more."""
 
 EDGE_SHORT_PX = 0.2
 """By which a half width by the edges' middles usually falls short: rims are brighter than what
@@ -38,7 +39,10 @@ def even_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft)
     shaft = _fitted_shaft(image, rows, begun)
     while shaft.misfit > UNEVEN_MISFIT and len(rows) >= 8 * BLOCK_ROWS:
         rows = rows[len(rows) // 2 :]
-        shaft = _fitted_shaft(image, rows, begun)
+        shorter = _fitted_shaft(image, rows, begun)
+        if shorter.misfit > EVENER * shaft.misfit:
+            break
+        shaft = shorter
     return shaft
 
 

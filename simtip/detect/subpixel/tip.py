@@ -53,6 +53,8 @@ it."""
 
 MOST_STEPS = 25
 
+LEAST_VARIANCE_PX2 = 0.003
+
 BEVELS = {"bevel", "bevel_away"}
 ROUNDED = 0.1
 """Of a cone's end, half widths, to see whether a round one fits better."""
@@ -149,8 +151,8 @@ def fit_tip(
     fit
         None if it will hardly beat the rival.
     """
-    low = np.array([-np.inf, -np.inf, 0.5, *family.low])
-    high = np.array([np.inf, np.inf, np.inf, *family.high])
+    low = np.array([-np.inf, -np.inf, 0.5, LEAST_VARIANCE_PX2, *family.low])
+    high = np.array([*[np.inf] * POSE, *family.high])
     values, found = _best_start(scenery, family, starts)
     damping = 1e-2
     fresh = False
@@ -217,7 +219,7 @@ def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
     A bevel seen under another tilt is fitted by another shape, the picture being the same.
     """
     family, values = fit.family, fit.values
-    high = np.array([np.inf, np.inf, np.inf, *family.high])
+    high = np.array([*[np.inf] * POSE, *family.high])
     found = compare(scenery, family, values)
     change = derivative(scenery, family, values, found, high)
     H, _ = shape_equations(scenery, values, found, change)
@@ -292,7 +294,7 @@ def usual_starts(
         Whether shapes are enough.
     """
     starts = [
-        np.array([v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, *shape])
+        np.array([v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, scenery.variance_px2, *shape])
         for shape in family.starts(begin)
     ]
     if few:
