@@ -58,7 +58,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, signal, special
+from scipy import optimize, special
 
 from simtip.errors import InputError
 
@@ -190,8 +190,10 @@ class Psf:
             (2 r + 1, 2 r + 1), the same along both axes and both ways, none negative, sum 1, the
             middle one at lag 0.
         """
+        from scipy.signal import convolve  # takes longer to load than all the rest
+
         g = self.gaussian_kernel()
-        full: Array = signal.convolve(self.airy_kernel(channel), np.outer(g, g), method="direct")
+        full: Array = convolve(self.airy_kernel(channel), np.outer(g, g), method="direct")
         return full
 
     @cached_property

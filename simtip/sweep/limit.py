@@ -18,28 +18,40 @@ class Limit:
     ----------
     seconds
         After which the process ends, whatever it does: a detector in C that never comes back, too.
+
+    Attributes
+    ----------
+    told
+        Descriptor of a file that is told before, see `simtip.sweep.note`; None tells nobody.
     """
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
+        self.told: int | None = None
+        self._counts = False
 
     def __enter__(self) -> None:
         """Begin to count."""
         # A thread of C's, which needs no lock of Python's.
-        faulthandler.dump_traceback_later(self._seconds, exit=True, file=_nowhere())
+        file = _nowhere() if self.told is None else self.told
+        faulthandler.dump_traceback_later(self._seconds, exit=True, file=file)
+        self._counts = True
 
     def __exit__(self, *_: object) -> None:
         """Count no more."""
+        self._counts = False
         faulthandler.cancel_dump_traceback_later()
 
     @contextlib.contextmanager
     def paused(self) -> Iterator[None]:
         """Begin to count anew after the block, which may take its time: a render."""
-        faulthandler.cancel_dump_traceback_later()
+        counted = self._counts
+        self.__exit__()
         try:
             yield
         finally:
-            self.__enter__()
+            if counted:
+                self.__enter__()
 
 
 @cache

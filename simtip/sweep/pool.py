@@ -5,21 +5,17 @@ Either way it is a `concurrent.futures.Executor`, and all else does not know whi
 
 from __future__ import annotations
 
-import multiprocessing
-import multiprocessing.connection
-import os
-import signal
-import threading
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import Any
 
 from simtip.errors import InputError
+from simtip.sweep.processes import Processes
 
 CONNECT_S = 20
 
 
 class Pool:
-    """Makes executors: another one after a worker process has died.
+    """Makes the executor of a sweep.
 
     Parameters
     ----------
@@ -27,6 +23,14 @@ class Pool:
         Processes of this machine.
     scheduler
         Address of a Dask scheduler, e.g. ``tcp://host:8786``; None for this machine.
+
+    Attributes
+    ----------
+    workers
+        How many there are.
+    most_jobs
+        To be handed out at a time: here one a worker, so that of a process that dies it is known
+        which job it was; to a cluster, farther away, two.
 
     Raises
     ------
@@ -38,23 +42,14 @@ class Pool:
         self.local = scheduler is None
         self._client = None if scheduler is None else _client(scheduler)
         self.workers = workers if self._client is None else max(1, len(_workers(self._client)))
+        self.most_jobs = self.workers if self.local else 2 * self.workers
 
-    def executor(self, workers: int | None = None) -> Executor:
-        """Give a new executor; its processes ignore Ctrl-C and end with this one."""
+    def executor(self) -> Executor:
+        """Give a new executor; processes of this machine ignore Ctrl-C and end with this one."""
         if self._client is not None:
             made: Executor = self._client.get_executor(pure=False, retries=0)
             return made
-        return ProcessPoolExecutor(
-            workers or self.workers,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=start_worker,
-        )
-
-    def is_crash(self, error: BaseException) -> bool:
-        """Say whether an error means that a worker process has died."""
-        from concurrent.futures.process import BrokenProcessPool
-
-        return isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker"
+        return Processes(self.workers)
 
     def close(self) -> None:
         """Leave the cluster."""
@@ -62,25 +57,22 @@ class Pool:
             self._client.close()
 
 
-def start_worker() -> None:
-    """Prepare a process: Ctrl-C is its parent's affair, and it does not outlive the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+def is_crash(error: BaseException) -> bool:
+    """Say whether an error means that a worker process has died."""
+    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
 
 
-def _follow(parent: Any) -> None:
-    multiprocessing.connection.wait([parent.sentinel])
-    os._exit(1)
+def exit_code(executor: Executor, future: Future[Any]) -> int | None:
+    """Give how the process of a job that died has ended, below 0 by which signal; None: unknown."""
+    return executor.exit_code(future) if isinstance(executor, Processes) else None
 
 
 def stop(executor: Executor) -> None:
     """End an executor at once, its processes with it."""
-    processes = list((getattr(executor, "_processes", None) or {}).values())
-    executor.shutdown(wait=False, cancel_futures=True)
-    for process in processes:
-        process.kill()
+    if isinstance(executor, Processes):
+        executor.kill()
+    else:
+        executor.shutdown(wait=False, cancel_futures=True)
 
 
 def _client(address: str) -> Any:

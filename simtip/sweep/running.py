@@ -1,20 +1,25 @@
 """Run a sweep: hand out jobs, take in rows, go on when a worker dies.
 
 Of every block of trials that share a render, the light comes first, once; then its trials follow in
-jobs of a few seconds. Rows are written as they come. A job whose process dies is halved until the
-trial is found that is to blame; that becomes a row with its reason.
+jobs of a few seconds. Rows are written as they come. A trial that ends its process becomes a row
+with its reason; the others of its job are handed out again.
 """
 
 from __future__ import annotations
 
+import itertools
+import shutil
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from dataclasses import dataclass, field, replace
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from pathlib import Path
 
+from simtip.sweep.crashes import Crashes
+from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
-from simtip.sweep.pool import Pool, stop
+from simtip.sweep.pool import Pool, exit_code, is_crash, stop
 from simtip.sweep.rows import failed
 from simtip.sweep.table import OK, Table
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
@@ -27,9 +32,6 @@ MOST_IN_JOB = 2000
 FIRST_IN_JOB = 2
 """Trials of a job while nothing is known of how long they take."""
 
-AHEAD = 2
-"""Jobs a worker, handed out beforehand."""
-
 FLUSH_S = 2.0
 """Rows are written so often."""
 
@@ -38,11 +40,11 @@ FLUSH_ROWS = 20_000
 MOST_WAITING = 64
 """Groups of trials that wait for their light, beforehand."""
 
-RECYCLED_AFTER = 500
-"""Jobs a worker process, after which it makes way for a new one: no leak lasts."""
+NOTES = ".notes"
+"""In the sweep's folder: what workers are at."""
 
-DIED, TIMED_OUT = "worker_died", "timed_out"
-"""Statuses of trials that end their process."""
+MOST_LIGHT_TRIES = 2
+"""Of a block's light; then its trials find out for themselves what ends the process."""
 
 
 @dataclass
@@ -155,11 +157,14 @@ class _Run:
         self._todo: deque[list[int]] = deque()
         self._pending: dict[Future[Done], Job] = {}
         self._executor = pool.executor()
-        self._handed_out = 0
+        self._numbers = itertools.count()
+        self._crashes = Crashes(setup.time_limit_s)
+        self._notes = _empty_folder(table.folder / NOTES)
         self._rows: list[Row] = []
         self._flushed = time.monotonic()
         self._trial_s: float | None = None
         self._lit: set[int] = set()
+        self._light_tries: Counter[int] = Counter()
         self._kinds = dict(plan.columns())
 
     def all(self) -> None:
@@ -179,25 +184,15 @@ class _Run:
         self._executor.shutdown()
         self._flush(0)
         self._report(self.tally)
+        shutil.rmtree(self._notes, ignore_errors=True)
 
     def _hand_out(self) -> None:
-        """Keep the workers busy; now and then let them make way for new ones."""
-        if self._pool.local and self._handed_out >= RECYCLED_AFTER * self._pool.workers:
-            if self._pending:
-                return
-            self._executor.shutdown()
-            self._executor = self._pool.executor()
-            self._handed_out = 0
-        while len(self._pending) < AHEAD * self._pool.workers:
+        """Keep the workers busy."""
+        while len(self._pending) < self._pool.most_jobs:
             job = self._next()
             if job is None:
                 return
-            try:
-                self._pending[self._executor.submit(self._work, job)] = job
-            except BrokenExecutor:  # what is pending will say so
-                self._put_back(job)
-                return
-            self._handed_out += 1
+            self._pending[self._executor.submit(self._work, job)] = job
 
     def _next(self) -> Job | None:
         """Give the next job; trials whose light is being rendered wait."""
@@ -228,18 +223,14 @@ class _Run:
         block = self._block(numbers)
         if block not in self._lit:
             self._lit.add(block)
+            self._light_tries[block] += 1
             self._todo.append(numbers)
             return Job(self._setup, (numbers[0],), only_light=True)
         size = self._size()
         if len(numbers) > size:
             self._todo.appendleft(numbers[size:])
-        return Job(self._setup, tuple(numbers[:size]))
-
-    def _put_back(self, job: Job) -> None:
-        if job.only_light:
-            self._lit.discard(self._block(job.trials))
-        else:
-            self._todo.appendleft(list(job.trials))
+        note = self._notes / str(next(self._numbers))
+        return Job(self._setup, tuple(numbers[:size]), note=str(note))
 
     def _size(self) -> int:
         if self._trial_s is None:
@@ -247,77 +238,31 @@ class _Run:
         return int(min(max(JOB_S / max(self._trial_s, 1e-6), 1), MOST_IN_JOB))
 
     def _take_in(self, finished: Iterable[Future[Done]]) -> None:
-        lost = []
         for future in finished:
             job = self._pending.pop(future)
             error = future.exception()
             if error is None:
                 self._done(job, future.result())
-            elif self._pool.is_crash(error):
-                lost.append(job)
+            elif is_crash(error):
+                self.tally.crashes += 1
+                self._lost(job, exit_code(self._executor, future))
             else:
                 raise error
-        if lost:
-            self.tally.crashes += 1
-            self._try_again(lost + self._all_lost())
 
-    def _all_lost(self) -> list[Job]:
-        """Take in what a broken pool has left, and give what went with it; start a new one."""
-        if not self._pool.local:
-            return []
-        lost = []
-        wait(self._pending, timeout=10.0)
-        for future, job in self._pending.items():
-            if future.done() and not future.cancelled() and future.exception() is None:
-                self._done(job, future.result())
-            else:
-                lost.append(job)
-        self._pending.clear()
-        stop(self._executor)
-        self._executor = self._pool.executor()
-        self._handed_out = 0
-        return lost
-
-    def _try_again(self, lost: list[Job]) -> None:
-        """Work out jobs one by one, by halves what kills its process, down to one trial."""
-        parts = deque(lost)
-        executor = self._pool.executor(1)
-        try:
-            while parts:
-                part = parts.popleft()
-                start = time.perf_counter()
-                try:
-                    found = executor.submit(self._work, part).result()
-                except Exception as error:
-                    if not self._pool.is_crash(error):
-                        raise
-                    parts.extendleft(reversed(self._halves(part, time.perf_counter() - start)))
-                    if self._pool.local:
-                        stop(executor)
-                        executor = self._pool.executor(1)
-                else:
-                    self._done(part, found)
-                self._flush(FLUSH_S)
-                self._report(self.tally)
-        finally:
-            stop(executor)
-
-    def _halves(self, job: Job, seconds: float) -> list[Job]:
-        """Give the halves of a job whose process died; of one trial, none, but its row."""
+    def _lost(self, job: Job, code: int | None) -> None:
+        """Hand out again what a process that died was at, but not the trial that is to blame."""
         if job.only_light:
-            return []  # its trials will find out for themselves
-        if len(job.trials) > 1:
-            half = len(job.trials) // 2
-            return [replace(job, trials=job.trials[:half]), replace(job, trials=job.trials[half:])]
-        trial = self._plan.trial(job.trials[0])
-        limit = self._setup.time_limit_s
-        if seconds > limit:
-            status, reason = TIMED_OUT, f"its process took longer than {limit:g} s"
-        else:
-            status, reason = DIED, "its process died: a crash in the detector, or no memory"
-        row = failed(trial, self._plan.key(trial), status, reason, self._kinds)
-        self._done(job, Done([row], {}, seconds), timed=False)
-        return []
+            block = self._block(job.trials)
+            if self._light_tries[block] < MOST_LIGHT_TRIES:
+                self._lit.discard(block)
+            return
+        verdict = self._crashes.judge(job.trials, read_note(job.note), code)
+        self._todo.extendleft(reversed(verdict.again))
+        if verdict.blamed is not None:
+            number, status, reason = verdict.blamed
+            trial = self._plan.trial(number)
+            row = failed(trial, self._plan.key(trial), status, reason, self._kinds)
+            self._done(job, Done([row], {}, 0.0), timed=False)
 
     def _done(self, job: Job, found: Done, *, timed: bool = True) -> None:
         self.tally.counts.update(found.counts)
@@ -336,3 +281,10 @@ class _Run:
             rows, self._rows = self._rows, []
             self._table.append(rows)
             self._flushed = time.monotonic()
+
+
+def _empty_folder(folder: Path) -> Path:
+    """Give an empty folder, without what a killed sweep has left in it."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(exist_ok=True)
+    return folder

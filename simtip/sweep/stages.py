@@ -6,7 +6,8 @@ import json
 import time
 import zlib
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -162,6 +163,16 @@ class Stages:
         known = self._recalled(setting.images, key)
         if known is not None:
             return known
+        if self._cache is None or key is None:
+            return self._newly_measured(trial, setting, spec, None)
+        # Of a detector that takes no notice of a factor, two workers may get the same measurement.
+        with self._locked(MEASURE, key):
+            known = self._recalled(setting.images, key)
+            return known or self._newly_measured(trial, setting, spec, key)
+
+    def _newly_measured(
+        self, trial: Trial, setting: Setting, spec: SceneSpec, key: str | None
+    ) -> Row:
         timings: dict[str, float] = {}
         shot = self._shots.give(setting.images, lambda: self._shot(setting, timings))
         detector, rig, refiner = self._measuring(trial, spec)
@@ -201,7 +212,7 @@ class Stages:
         if self._cache is None:
             return self._exposed(setting, timings)
         # Two workers may get trials of the same images at once.
-        with self._cache.lock(IMAGES, setting.images):
+        with self._locked(IMAGES, setting.images):
             folder = self._cache.entry(IMAGES, setting.images)
             shot = None if folder is None else _read_shot(folder)
             if shot is not None:
@@ -211,6 +222,15 @@ class Stages:
             made = self._exposed(setting, timings)
             self._cache.put(IMAGES, setting.images, lambda folder: _write_shot(folder, made))
             return made
+
+    @contextmanager
+    def _locked(self, kind: str, key: str) -> Iterator[None]:
+        """Let one process at a time work out an entry; the wait is no part of a trial's time."""
+        with ExitStack() as held:
+            if self._cache is not None:
+                with self.limit.paused():
+                    held.enter_context(self._cache.lock(kind, key))
+            yield
 
     def _exposed(self, setting: Setting, timings: dict[str, float]) -> Shot:
         with self.limit.paused():

@@ -18,6 +18,7 @@ from simtip.render import choose
 from simtip.spec import SceneSpec
 from simtip.sweep.cache import Cache
 from simtip.sweep.limit import Limit
+from simtip.sweep.note import Note
 from simtip.sweep.plan import Plan
 from simtip.sweep.spec import SweepSpec
 from simtip.sweep.stages import Stages
@@ -67,12 +68,15 @@ class Job:
     trials
         Their numbers.
     only_light
-        Whether only their light is wanted.
+        Whether only the first one's light is wanted.
+    note
+        File that says which of them is at work, see `simtip.sweep.note`.
     """
 
     setup: Setup
     trials: tuple[int, ...]
     only_light: bool = False
+    note: str | None = None
 
 
 @dataclass(frozen=True)
@@ -109,14 +113,17 @@ def _run(job: Job) -> Done:
     plan, stages = _workshop(job.setup)
     before = dict(stages.counts)
     rows: list[Row] = []
-    for number in job.trials:
-        trial = plan.trial(number)
-        if job.only_light:
-            with contextlib.suppress(InputError):  # its trials will say so
-                stages.light(trial)
-            continue
-        with stages.limit:
-            rows.append(stages.row(trial))
+    if job.only_light:
+        with contextlib.suppress(InputError):  # its trials will say so
+            stages.light(plan.trial(job.trials[0]))
+    else:
+        with Note(job.note) as note:
+            stages.limit.told = note.descriptor
+            for number in job.trials:
+                note.at(number)
+                with stages.limit:
+                    rows.append(stages.row(plan.trial(number)))
+        stages.limit.told = None
     counts = {name: count - before[name] for name, count in stages.counts.items()}
     return Done(rows, counts, time.perf_counter() - start)
 

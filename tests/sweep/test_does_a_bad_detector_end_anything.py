@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from small_sweeps import rows, run, sweep_file
+from small_sweeps import rows, run, summary, sweep_file
 
 DETECTOR = """
 import os, signal, time
@@ -14,6 +14,10 @@ def find(image, threshold: int = 105, min_area_px: int = 300):
         os.kill(os.getpid(), signal.SIGSEGV)
     if threshold == 100:
         time.sleep(1000)
+    if threshold == 110:
+        os._exit(3)
+    if threshold == 115:
+        raise SystemExit(1)
     return configure("lin2020", {"threshold": threshold, "min_area_px": min_area_px})(image)
 """
 
@@ -23,16 +27,25 @@ def test_each_becomes_a_row_with_its_reason(tmp_path, monkeypatch):
     (tmp_path / "bad_detector.py").write_text(DETECTOR)
     paths = [str(tmp_path), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path for path in paths if path))
-    factors = {"sensor.exposure_s": [0.045, 0.05], "detect.threshold": [60, 80, 100, 120]}
+    factors = {"sensor.exposure_s": [0.045, 0.05], "detect.threshold": [60, 80, 100, 110, 115, 120]}
     file = sweep_file(tmp_path, factors=factors)
     options = ("--workers", 2, "--detector", "bad_detector:find", "--time-limit", 3)
-    run(file, tmp_path / "out", *options)
+    said = summary(file, tmp_path / "out", *options)
+    assert said["crashes"] == 6  # of three thresholds at two exposures: nothing was tried twice
     found = rows(tmp_path / "out")
     by_threshold = found.groupby("detect.threshold").status.unique().map(list).to_dict()
-    assert by_threshold == {60: ["ok"], 80: ["worker_died"], 100: ["timed_out"], 120: ["ok"]}
-    said = set(found.reason.dropna())
-    assert any("its process died" in reason for reason in said)
-    assert any("longer than 3 s" in reason for reason in said)
+    assert by_threshold == {
+        60: ["ok"],
+        80: ["worker_died"],
+        100: ["timed_out"],
+        110: ["worker_died"],
+        115: ["left_detector_error"],
+        120: ["ok"],
+    }
+    reasons = found.groupby("detect.threshold").reason.first()
+    assert "its process died (SIGSEGV)" in reasons[80]
+    assert "longer than 3 s" in reasons[100]
+    assert "exit code 3" in reasons[110]
 
 
 @pytest.mark.slow

@@ -101,7 +101,9 @@ def test_an_interrupt_finishes_cleanly(undisturbed, tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    time.sleep(8)
+    while not (out / "table.json").exists():
+        time.sleep(0.05)
+    time.sleep(4)
     os.killpg(process.pid, signal.SIGINT)
     said = process.communicate(timeout=60)[1]
     if process.returncode != 0:

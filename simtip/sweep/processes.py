@@ -1,0 +1,127 @@
+"""Worker processes of this machine, each alone: one that dies takes its own job with it, no other.
+
+The standard library's pool of processes breaks as a whole when one of them dies. Here every process
+is a pool of its own.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from typing import Any, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+RECYCLED_AFTER = 500
+"""Jobs of a process, after which it makes way for a new one: no leak lasts."""
+
+JOIN_S = 5.0
+
+
+class Processes(Executor):
+    """Spawned processes, made when they are needed and anew when they have died.
+
+    Parameters
+    ----------
+    workers
+        How many.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self._lanes = [_Lane() for _ in range(workers)]
+        self._process: WeakKeyDictionary[Future[Any], Any] = WeakKeyDictionary()
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Let the process with the fewest jobs do one."""
+        lane = min(self._lanes, key=lambda one: one.jobs)
+        future: Future[T] = lane.submit(fn, *args, **kwargs)
+        self._process[future] = lane.process
+        return future
+
+    def exit_code(self, future: Future[Any]) -> int | None:
+        """Give how the process of a job that died has ended, below 0 by which signal."""
+        process = self._process.get(future)
+        if process is None:
+            return None
+        process.join(JOIN_S)
+        code: int | None = process.exitcode
+        return code
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Let the processes end what they are at, and then themselves."""
+        for lane in self._lanes:
+            lane.close(wait=wait, cancel=cancel_futures)
+
+    def kill(self) -> None:
+        """End the processes at once."""
+        processes = [lane.process for lane in self._lanes]
+        self.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            if process is not None:
+                process.kill()
+
+
+class _Lane:
+    """One process and what it has to do."""
+
+    def __init__(self) -> None:
+        self._executor: ProcessPoolExecutor | None = None
+        self._lock = threading.Lock()
+        self._handed_out = 0
+        self.jobs = 0
+        self.process: Any = None
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        if self._handed_out >= RECYCLED_AFTER and not self.jobs:
+            self.close(wait=False, cancel=False)
+        try:
+            future = self._ready().submit(fn, *args, **kwargs)
+        except BrokenExecutor:
+            self.close(wait=False, cancel=True)
+            future = self._ready().submit(fn, *args, **kwargs)
+        with self._lock:
+            self.jobs += 1
+        self._handed_out += 1
+        future.add_done_callback(self._ended)
+        # Private, but there is no other way to learn which process it is.
+        self.process = next(
+            iter((getattr(self._executor, "_processes", None) or {}).values()), None
+        )
+        return future
+
+    def _ready(self) -> ProcessPoolExecutor:
+        if self._executor is None:
+            self._executor = ProcessPoolExecutor(
+                1, mp_context=multiprocessing.get_context("spawn"), initializer=start_worker
+            )
+            self._handed_out = 0
+        return self._executor
+
+    def _ended(self, _: Future[Any]) -> None:
+        with self._lock:
+            self.jobs -= 1
+
+    def close(self, *, wait: bool, cancel: bool) -> None:
+        if self._executor is not None:
+            self._executor.shutdown(wait=wait, cancel_futures=cancel)
+            self._executor = self.process = None
+
+
+def start_worker() -> None:
+    """Prepare a process: Ctrl-C is its parent's affair, and it does not outlive the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+
+
+def _follow(parent: Any) -> None:
+    multiprocessing.connection.wait([parent.sentinel])
+    os._exit(1)

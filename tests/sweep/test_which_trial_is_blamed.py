@@ -1,0 +1,131 @@
+"""Which trial is blamed when a process dies, and what becomes of the others of its job?"""
+
+import os
+import signal
+import time
+
+import pytest
+
+from simtip.sweep.crashes import DIED, MOST_KILLS, TIMED_OUT, Crashes
+from simtip.sweep.limit import Limit
+from simtip.sweep.note import Last, Note, read_note
+from simtip.sweep.processes import Processes
+
+TRIALS = (3, 5, 8, 13)
+
+
+def judged(last, code, crashes=None):
+    return (crashes or Crashes(2.0)).judge(TRIALS, last, code)
+
+
+def test_one_that_crashes_is_blamed_at_once():
+    verdict = judged(Last(8, timed_out=False), -signal.SIGSEGV)
+    assert verdict.again == [[3, 5], [13]]
+    assert verdict.blamed[:2] == (8, DIED)
+    assert "SIGSEGV" in verdict.blamed[2]
+
+
+def test_one_that_ends_its_process_is_blamed():
+    assert "exit code 3" in judged(Last(3, timed_out=False), 3).blamed[2]
+
+
+def test_one_that_takes_too_long_is_blamed():
+    verdict = judged(Last(3, timed_out=True), 1)
+    assert verdict.again == [[5, 8, 13]]
+    assert verdict.blamed == (3, TIMED_OUT, "its process took longer than 2 s")
+
+
+def test_one_killed_from_outside_is_tried_again_alone():
+    crashes = Crashes(2.0)
+    for _ in range(MOST_KILLS - 1):
+        verdict = judged(Last(5, timed_out=False), -signal.SIGKILL, crashes)
+        assert verdict.again == [[3], [8, 13], [5]]
+        assert verdict.blamed is None
+    last = judged(Last(5, timed_out=False), -signal.SIGKILL, crashes)
+    assert last.blamed[:2] == (5, DIED)
+    assert "memory" in last.blamed[2]
+
+
+@pytest.mark.parametrize("last", [None, Last(99, timed_out=False)])
+def test_without_a_note_jobs_are_halved(last):
+    assert judged(last, None).again == [[3, 5], [8, 13]]
+    assert Crashes(2.0).judge((3,), last, None).blamed[:2] == (3, DIED)
+
+
+def test_a_note_says_what_came_last(tmp_path):
+    path = str(tmp_path / "note")
+    note = Note(path)
+    with note:
+        note.at(3)
+        note.at(12)
+        assert read_note(path) == Last(12, timed_out=False)
+    assert not list(tmp_path.iterdir())
+    assert read_note(path) is None
+
+
+def test_where_no_note_can_be_written_work_goes_on(tmp_path):
+    with Note(str(tmp_path / "missing" / "note")) as note:
+        note.at(1)
+
+
+def told(path, ended):
+    """Work on two trials, of which the second ends the process."""
+    with Note(path) as note:
+        limit = Limit(0.3)
+        limit.told = note.descriptor
+        note.at(1)
+        with limit:
+            pass
+        note.at(2)
+        with limit:
+            if ended is None:
+                time.sleep(60)
+            elif ended < 0:
+                os.kill(os.getpid(), -ended)
+            os._exit(ended)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("ended", "code"), [(None, 1), (-signal.SIGSEGV, -signal.SIGSEGV), (-9, -9), (3, 3)]
+)
+def test_real_processes_say_how_they_ended(tmp_path, ended, code):
+    path = str(tmp_path / "note")
+    executor = Processes(1)
+    try:
+        future = executor.submit(told, path, ended)
+        assert future.exception(60) is not None
+        assert executor.exit_code(future) == code
+        assert read_note(path) == Last(2, timed_out=ended is None)
+        assert executor.submit(abs, -4).result(60) == 4  # another process has taken its place
+    finally:
+        executor.kill()
+
+
+def late(seconds):
+    time.sleep(seconds)
+    return os.getpid()
+
+
+@pytest.mark.slow
+def test_one_that_dies_takes_no_other_with_it():
+    executor = Processes(2)
+    try:
+        lasting = executor.submit(late, 3.0)
+        dying = executor.submit(os._exit, 1)
+        assert dying.exception(60) is not None
+        again = executor.submit(late, 0.0).result(60)
+        assert lasting.result(60) != again
+    finally:
+        executor.kill()
+
+
+@pytest.mark.slow
+def test_a_process_makes_way_for_a_new_one(monkeypatch):
+    monkeypatch.setattr("simtip.sweep.processes.RECYCLED_AFTER", 2)
+    executor = Processes(1)
+    try:
+        numbers = [executor.submit(late, 0.0).result(60) for _ in range(4)]
+        assert numbers[0] == numbers[1] != numbers[2] == numbers[3]
+    finally:
+        executor.shutdown()
