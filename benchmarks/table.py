@@ -69,6 +69,14 @@ ROWS: dict[str, tuple[tuple[str, str, str], ...]] = {
         ("`subpixel`: time / the plain steps', a cone", "subpixel_over_plain_steps.cone", "{:.2f}"),
         ("the same for a bevel", "subpixel_over_plain_steps.bevel", "{:.2f}"),
     ),
+    "sweep": (
+        ("2000 trials of one render, 20 pairs: plain script", "plain_script.wall_s", "{:.0f} s"),
+        ("the same by `simtip sweep`, one worker", "one_worker.wall_s", "{:.0f} s"),
+        ("**time / the plain script's**", "ratio_to_plain_script", "{:.2f}"),
+        ("time / that of its stages alone", "ratio_to_stages_alone", "{:.2f}"),
+        ("new images, one worker's rate / bare calls'", "ratio_one_worker_to_bare", "{:.2f}"),
+        ("two workers' / one's", "ratio_two_workers_to_one", "{:.2f}"),
+    ),
     "match": (
         ("one by one, with reasons", "match_tips_pairs_per_s", "{:,.0f} pairs/s"),
         ("in bulk", "epipolar_distances_pairs_per_s", "{:,.0f} pairs/s"),

@@ -130,7 +130,12 @@ def _run(
     }
     pool = Pool(workers, scheduler)
     if pool.local:
-        setup = replace(setup, threads=max(1, _cores() // workers))
+        renders = max(1, -(-len(plan) // plan.block))
+        setup = replace(
+            setup,
+            threads=max(1, _cores() // workers),
+            light_threads=max(1, _cores() // min(workers, renders)),
+        )
     try:
         with alone(out):
             table, done = open_table(out, plan, about, retry_failed=retry_failed)

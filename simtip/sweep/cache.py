@@ -24,6 +24,7 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from simtip.errors import InputError
+from simtip.sweep.durable import synchronise
 from simtip.sweep.locked_file import let_go, open_locked, unlink_if_unlocked
 from simtip.sweep.log_records import framed, records
 
@@ -474,19 +475,11 @@ def _written(folder: Path, write: Callable[[Path], None]) -> int:
         # find only now that the disk is full.
         for found in _below(folder):
             if found.is_file(follow_symlinks=False):
-                _synchronise(found.path)
+                synchronise(found.path)
         with suppress(OSError):
-            _synchronise(folder)
+            synchronise(folder)
     os.utime(folder)
     return _size(folder)
-
-
-def _synchronise(path: str | Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _move(source: Path, target: Path) -> None:

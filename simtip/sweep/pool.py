@@ -72,7 +72,7 @@ def stop(executor: Executor) -> None:
     if isinstance(executor, Processes):
         executor.kill()
     else:
-        executor.shutdown(wait=False, cancel_futures=True)
+        executor.shutdown(wait=False)  # which cancels, at Dask
 
 
 def _client(address: str) -> Any:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from simtip.errors import InputError
 from simtip.sweep.columns import Column, Row, columns_for
+from simtip.sweep.head import HEAD
 from simtip.sweep.plan import Plan
 from simtip.sweep.rows import factor_cells
-from simtip.sweep.table import HEAD, OK, Table
+from simtip.sweep.table import OK, Table
 
 LOCK = ".lock"
 

@@ -7,10 +7,11 @@ import time
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from simtip.light_file import Lights, lights_name, read_lights, write_lights
 from simtip.measuring_rig import measuring_rig
 from simtip.noise_budget import noise_tolerance
 from simtip.render import Backend, View, render_pair
-from simtip.render.threads import limit_threads
+from simtip.render.threads import limited_threads
 from simtip.seeding import SEED_LIMIT
 from simtip.sensor import Image
 from simtip.simulation import expose_pair
@@ -32,6 +33,10 @@ from simtip.sweep.rows import failed, record_of, row_of
 from simtip.sweep.stage_keys import digest_of, image_inputs, image_key, light_key, measure_key
 from simtip.trial import measured, refiner_of
 from simtip.truth import SceneTruth, scene_truth
+
+if TYPE_CHECKING:
+    from simtip.camera import StereoRig
+    from simtip.refine.refinement import Refiner
 
 SIDES = ("left", "right")
 LIGHT, IMAGES, MEASURE = "light", "images", "measure"
@@ -74,6 +79,16 @@ class Setting:
     rendered: SceneSpec
     seed: int
 
+    @cached_property
+    def rig(self) -> StereoRig:
+        """The rig that measures."""
+        return measuring_rig(self.spec)
+
+    @cached_property
+    def refiner(self) -> Refiner | None:
+        """What refines a measurement, if anything does."""
+        return refiner_of(self.spec)
+
 
 class Memory(OrderedDict[str, Any]):
     """The last few things that were made, by key."""
@@ -94,6 +109,23 @@ class Memory(OrderedDict[str, Any]):
         return found
 
 
+class Records:
+    """What is known of a log of measurements."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, Row] = {}
+        self._read = 0
+
+    def read(self, lines: list[str]) -> None:
+        """Take in what has been added; of damaged lines nothing."""
+        for line in lines[self._read :] if len(lines) >= self._read else lines:
+            with suppress(ValueError):
+                said = json.loads(line)
+                if isinstance(said, dict) and isinstance(said.get("record"), dict):
+                    self.found[str(said.get("key"))] = said["record"]
+        self._read = len(lines)
+
+
 class Stages:
     """Works out trials, each stage once.
 
@@ -108,7 +140,7 @@ class Stages:
     limit
         Of a trial's time, without rendering.
     threads
-        That the renderer may use; None is all.
+        That the renderer may use; None leaves it as it is.
     """
 
     def __init__(
@@ -123,7 +155,7 @@ class Stages:
         self.limit, self._threads = limit, threads
         self._plan, self._cache, self._backend = plan, cache, backend
         self._settings, self._shots, self._lights = Memory(4), Memory(2), Memory(1)
-        self._detectors = Memory(1000)
+        self._detectors, self._records = Memory(1000), Memory(4)
         self._kinds = dict(plan.columns())
         self.counts = {LIGHT: 0, IMAGES: 0, MEASURE: 0}
         """How often each stage was worked out."""
@@ -175,10 +207,12 @@ class Stages:
     ) -> Row:
         timings: dict[str, float] = {}
         shot = self._shots.give(setting.images, lambda: self._shot(setting, timings))
-        detector, rig, refiner = self._measuring(trial, spec)
+        detector: ConfiguredDetector = self._detectors.give(
+            digest_of(trial.measuring.identity), trial.measuring.configured
+        )
         self.counts[MEASURE] += 1
         measurement, error = measured(
-            shot.images, setting.truth, spec, detector, rig=rig, refiner=refiner
+            shot.images, setting.truth, spec, detector, rig=setting.rig, refiner=setting.refiner
         )
         record = record_of(measurement, error, setting.truth, shot.exposure_s)
         if self._cache is not None and key is not None:
@@ -189,24 +223,10 @@ class Stages:
     def _recalled(self, images: str, key: str | None) -> Row | None:
         if self._cache is None or key is None:
             return None
-        for line in reversed(self._cache.lines(MEASURE, images)):
-            try:
-                said = json.loads(line)
-            except ValueError:
-                continue
-            if isinstance(said, dict) and said.get("key") == key:
-                record = said.get("record")
-                return record if isinstance(record, dict) else None
-        return None
-
-    def _measuring(self, trial: Trial, spec: SceneSpec) -> tuple[ConfiguredDetector, Any, Any]:
-        name = digest_of(
-            [trial.measuring.identity, digest_of(image_inputs(spec)), spec.rig.measured]
-        )
-        name += spec.refine.name
-        return self._detectors.give(
-            name, lambda: (trial.measuring.configured(), measuring_rig(spec), refiner_of(spec))
-        )
+        records: Records = self._records.give(images, Records)
+        if key not in records.found:
+            records.read(self._cache.lines(MEASURE, images))
+        return records.found.get(key)
 
     def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
         if self._cache is None:
@@ -263,12 +283,11 @@ class Stages:
 
     def _rendered(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
         spec = setting.rendered
-        if self._threads is not None:
-            limit_threads(self._threads)
         start = time.perf_counter()
-        views = render_pair(
-            spec, backend=self._backend, seed=spec.seed, tolerance=noise_tolerance(spec)
-        )
+        with limited_threads(self._threads):
+            views = render_pair(
+                spec, backend=self._backend, seed=spec.seed, tolerance=noise_tolerance(spec)
+            )
         timings["render_s"] = time.perf_counter() - start
         self.counts[LIGHT] += 1
 

@@ -43,8 +43,9 @@ class Setup:
         Folder of the cache, None for none; and its limit.
     time_limit_s
         Of a trial once its light is there: after it the process ends itself.
-    threads
-        That a process may use; None is all.
+    threads, light_threads
+        That a process may use, and that it may render with: all, if there are few renders; None is
+        all.
     """
 
     sweep: str
@@ -55,6 +56,7 @@ class Setup:
     cache_bytes: int
     time_limit_s: float
     threads: int | None = None
+    light_threads: int | None = None
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Job:
     setup
         Of the sweep.
     trials
-        Their numbers.
+        Their numbers; with none, a process just gets ready.
     only_light
         Whether only the first one's light is wanted.
     note
@@ -138,4 +140,6 @@ def _workshop(setup: Setup) -> tuple[Plan, Stages]:
     if setup.threads is not None:
         use_threads(setup.threads)
     cache = None if setup.cache is None else Cache(Path(setup.cache), setup.cache_bytes)
-    return plan, Stages(plan, cache, backend, Limit(setup.time_limit_s), threads=setup.threads)
+    return plan, Stages(
+        plan, cache, backend, Limit(setup.time_limit_s), threads=setup.light_threads
+    )

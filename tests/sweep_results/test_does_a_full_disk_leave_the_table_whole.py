@@ -12,7 +12,7 @@ import pytest
 from sweep_tables import COLUMNS, PROVENANCE, left_over, make, parts, row
 
 from simtip.errors import InputError
-from simtip.sweep import table as table_module
+from simtip.sweep import parts as parts_module
 from simtip.sweep.table import Table
 
 # SIGXFSZ is ignored by Python, so a write beyond the limit fails as on a full disk.
@@ -21,9 +21,9 @@ import resource, sys
 from pathlib import Path
 sys.path[:0] = [sys.argv[2]]
 from sweep_tables import COLUMNS, row
-from simtip.sweep import table as module
+from simtip.sweep import parts as parts_module, table as module
 
-module.MERGE_ABOVE = 1
+parts_module.MERGE_ABOVE = 1
 table = module.Table.open(Path(sys.argv[1]))
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 many = [row(k, reason=row(k + 10**6)["key"]) for k in range(2000)]
@@ -72,7 +72,7 @@ def test_a_real_write_that_fails_leaves_the_table_as_it_was(tmp_path):
 def test_a_failure_at_any_step_is_cleaned_up(tmp_path, monkeypatch, step, call):
     table = make(tmp_path, [row(0)])
     table.append([row(1)])
-    monkeypatch.setattr(table_module, "MERGE_ABOVE", 1)
+    monkeypatch.setattr(parts_module, "MERGE_ABOVE", 1)
     before = content(tmp_path)
 
     def full(*_, **__):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from sweep_tables import COLUMNS, left_over, make, parts, row, started
 
-from simtip.sweep import table as table_module
+from simtip.sweep import parts as parts_module
 from simtip.sweep.table import Table
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="sends SIGKILL")
@@ -21,9 +21,9 @@ from pathlib import Path
 import pandas, pyarrow.parquet  # now, so that the writer loads nothing
 sys.path[:0] = [sys.argv[2]]
 from sweep_tables import COLUMNS, row
-from simtip.sweep import table as module
+from simtip.sweep import parts as parts_module, table as module
 
-module.MERGE_ABOVE, module.PART_ROWS, module.BATCH_ROWS = 4, 60, 7
+parts_module.MERGE_ABOVE, parts_module.PART_ROWS, parts_module.BATCH_ROWS = 4, 60, 7
 folder, log = Path(sys.argv[1]), os.open(sys.argv[3], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
 
 def told(number):
@@ -145,7 +145,7 @@ def test_a_kill_between_merging_and_removing_doubles_nothing(tmp_path, monkeypat
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(table_module, "MERGE_ABOVE", 1)
+        patch.setattr(parts_module, "MERGE_ABOVE", 1)
         patch.setattr(Path, "unlink", killed)
         with pytest.raises(KeyboardInterrupt):
             table.compact()
@@ -157,7 +157,7 @@ def test_a_kill_between_merging_and_removing_doubles_nothing(tmp_path, monkeypat
     frame = after.frame()
     assert dict(zip(frame["key"], frame["status"], strict=True)) == expected
     assert len(frame) == 4
-    monkeypatch.setattr(table_module, "MERGE_ABOVE", 1)
+    monkeypatch.setattr(parts_module, "MERGE_ABOVE", 1)
     after.compact()
     assert len(parts(tmp_path)) == 1
     assert after.keys() == expected
@@ -167,7 +167,7 @@ def test_old_parts_go_only_when_the_merged_one_is_on_the_disk(tmp_path, monkeypa
     """The power may fail, too: no test can wait for that, so the order of calls is checked."""
     table = make(tmp_path, [row(0)])
     table.append([row(1)])
-    monkeypatch.setattr(table_module, "MERGE_ABOVE", 1)
+    monkeypatch.setattr(parts_module, "MERGE_ABOVE", 1)
     calls = []
     real = {name: getattr(os, name) for name in ("fsync", "replace", "unlink")}
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import pandas, pyarrow.parquet
 sys.path[:0] = [sys.argv[2]]
 from sweep_tables import COLUMNS, make, row
-from simtip.sweep import table as module
+from simtip.sweep import parts as parts_module, table as module
 
 COUNT, LONG = int(sys.argv[3]), 300
 folder = Path(sys.argv[1])
@@ -43,7 +43,7 @@ def peak():
     status = Path("/proc/self/status").read_text()
     return int(status.partition("VmHWM:")[2].split()[0]) / 1024
 
-module.BATCH_ROWS, module.MERGE_ABOVE = 2000, 4
+parts_module.BATCH_ROWS, parts_module.MERGE_ABOVE = 2000, 4
 make(folder.parent / "warm", rows(0, 1)).frame()  # loads what is loaded late
 table = module.Table.open(folder)
 peaks = [peak()]

@@ -12,7 +12,7 @@ from pyarrow import parquet
 from sweep_tables import COLUMNS, FACTORS, PROVENANCE, left_over, make, parts, row
 
 from simtip.errors import InputError
-from simtip.sweep import table as table_module
+from simtip.sweep import parts as parts_module
 from simtip.sweep.columns import FIXED, Column, columns_for
 from simtip.sweep.table import Table
 
@@ -116,9 +116,9 @@ def test_rows_come_in_order_of_trial_and_the_latest_of_a_key_counts(tmp_path):
 
 
 def test_merging_changes_no_row(tmp_path, monkeypatch):
-    monkeypatch.setattr(table_module, "MERGE_ABOVE", 3)
-    monkeypatch.setattr(table_module, "PART_ROWS", 50)
-    monkeypatch.setattr(table_module, "BATCH_ROWS", 4)
+    monkeypatch.setattr(parts_module, "MERGE_ABOVE", 3)
+    monkeypatch.setattr(parts_module, "PART_ROWS", 50)
+    monkeypatch.setattr(parts_module, "BATCH_ROWS", 4)
     table = make(tmp_path)
     rng = np.random.default_rng(5)
     expected: dict[str, str] = {}
@@ -153,8 +153,8 @@ def test_few_parts_are_left_alone(tmp_path):
 
 
 def test_full_parts_are_not_written_again_and_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(table_module, "MERGE_ABOVE", 2)
-    monkeypatch.setattr(table_module, "PART_ROWS", 4)
+    monkeypatch.setattr(parts_module, "MERGE_ABOVE", 2)
+    monkeypatch.setattr(parts_module, "PART_ROWS", 4)
     table = make(tmp_path)
     for k in (0, 4, 8):
         table.append([row(k + j) for j in range(4)])
@@ -175,8 +175,8 @@ def test_no_rows_are_no_part(tmp_path):
 
 
 def test_rewriting_replaces_all_rows_and_columns(tmp_path, monkeypatch):
-    monkeypatch.setattr(table_module, "PART_ROWS", 10)
-    monkeypatch.setattr(table_module, "BATCH_ROWS", 4)
+    monkeypatch.setattr(parts_module, "PART_ROWS", 10)
+    monkeypatch.setattr(parts_module, "BATCH_ROWS", 4)
     table = make(tmp_path, [row(k) for k in range(35)])
     columns = (*columns_for(FACTORS[:1]), Column("sensor.gain", "float"))
     new = (

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from sweep_tables import COLUMNS, make, parts, row, started
 
+from simtip.sweep import parts as parts_module
 from simtip.sweep import table as table_module
 from simtip.sweep.table import Table
 
@@ -15,9 +16,9 @@ import sys
 from pathlib import Path
 sys.path[:0] = [sys.argv[2]]
 from sweep_tables import row
-from simtip.sweep import table as module
+from simtip.sweep import parts as parts_module, table as module
 
-module.MERGE_ABOVE, module.PART_ROWS, module.BATCH_ROWS = 4, 500, 20
+parts_module.MERGE_ABOVE, parts_module.PART_ROWS, parts_module.BATCH_ROWS = 4, 500, 20
 table = module.Table.open(Path(sys.argv[1]))
 print("ready", flush=True)
 sys.stdin.readline()
@@ -33,9 +34,9 @@ import sys
 from pathlib import Path
 sys.path[:0] = [sys.argv[2]]
 from sweep_tables import COLUMNS, row
-from simtip.sweep import table as module
+from simtip.sweep import parts as parts_module, table as module
 
-module.PART_ROWS, module.BATCH_ROWS = 10, 10
+parts_module.PART_ROWS, parts_module.BATCH_ROWS = 10, 10
 table = module.Table.open(Path(sys.argv[1]))
 print("ready", flush=True)
 sys.stdin.readline()
@@ -105,16 +106,16 @@ def test_a_part_that_vanishes_after_it_was_listed_is_looked_for_anew(tmp_path, m
     table = make(tmp_path, [row(0)])
     for k in range(1, 6):
         table.append([row(k)])
-    listed = table_module._parts
+    listed = table_module.parts_in
 
     def then_merged(folder):
         found = listed(folder)
         if len(found) > 1:
-            monkeypatch.setattr(table_module, "_parts", listed)
-            table_module._merge(found, table._head.schema())
+            monkeypatch.setattr(table_module, "parts_in", listed)
+            parts_module.merge(found, table._head.schema())
         return found
 
-    monkeypatch.setattr(table_module, "_parts", then_merged)
+    monkeypatch.setattr(table_module, "parts_in", then_merged)
     assert len(getattr(table, read)()) == 6
     assert len(parts(tmp_path)) == 1
 
@@ -124,10 +125,10 @@ def test_a_table_replaced_before_it_was_listed_is_not_half_seen(tmp_path, monkey
     """The old parts go one by one: a list of them may be short without anything missing."""
     table = make(tmp_path, [row(0)])
     table.append([row(1)])
-    listed = table_module._parts
+    listed = table_module.parts_in
 
     def then_replaced(folder):
-        monkeypatch.setattr(table_module, "_parts", listed)
+        monkeypatch.setattr(table_module, "parts_in", listed)
         found = listed(folder)[:1]
         stay = monkeypatch.context()
         with stay as patch:
@@ -135,5 +136,5 @@ def test_a_table_replaced_before_it_was_listed_is_not_half_seen(tmp_path, monkey
             Table.open(tmp_path).rewrite(COLUMNS, [[row(7), row(8), row(9)]], {})
         return found
 
-    monkeypatch.setattr(table_module, "_parts", then_replaced)
+    monkeypatch.setattr(table_module, "parts_in", then_replaced)
     assert len(getattr(table, read)()) == 3
