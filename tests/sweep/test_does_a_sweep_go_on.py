@@ -98,19 +98,3 @@ def test_a_dry_run_says_how_much_and_does_nothing(tmp_path):
     assert told["seconds"] > 0
     assert not (tmp_path / "out").exists()
     assert "seconds" not in run(file, tmp_path / "out", "--dry-run", cache=tmp_path / "cache")
-
-
-def test_the_examples_are_what_they_say():
-    from pathlib import Path
-
-    from simtip.sweep.plan import Plan
-    from simtip.sweep.sweep_file import read_sweep
-
-    folder = Path(__file__).resolve().parents[2] / "scenes" / "sweeps"
-    files = sorted(folder.glob("*.yaml"))
-    assert len(files) == 3
-    plans = {}
-    for file in files:
-        source = read_sweep(file)
-        plans[file.stem] = Plan(source.spec, source.scene)
-    assert len(plans["01_threshold_lamp"]) // plans["01_threshold_lamp"].block <= 4
