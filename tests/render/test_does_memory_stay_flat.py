@@ -81,6 +81,8 @@ def run(script, *arguments, caches):
             "PYTHONPATH": str(ROOT / "tests"),
             "DRJIT_CACHE_DIR": str(caches),
             "XDG_CACHE_HOME": str(caches),
+            # Else how many heaps there are, and how full, is a matter of the threads' timing.
+            "MALLOC_ARENA_MAX": "2",
         },
     )
     assert done.returncode == 0, done.stderr
