@@ -116,11 +116,12 @@ def _run(
     from dataclasses import replace
 
     from simtip.provenance import environment
-    from simtip.sweep.forecast import remember_speeds
+    from simtip.sweep.forecast import megapixels_of
     from simtip.sweep.pool import Pool
     from simtip.sweep.progress import progress
     from simtip.sweep.resuming import alone, open_table
     from simtip.sweep.running import run_sweep
+    from simtip.sweep.speeds import keep_speeds
 
     about = {
         **environment(),
@@ -160,7 +161,7 @@ def _run(
                         INTERRUPTED,
                     )
             table.compact()
-            remember_speeds(plan, setup, table)
+            keep_speeds(setup.cache, tally.spent.means(megapixels_of(plan)))
             return tally
     except OSError as error:
         reason = error.strerror or str(error)

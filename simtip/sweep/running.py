@@ -21,6 +21,7 @@ from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
 from simtip.sweep.pool import Pool, exit_code, is_crash, stop
 from simtip.sweep.rows import failed
+from simtip.sweep.speeds import Spent
 from simtip.sweep.table import OK, Table
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
 
@@ -61,6 +62,8 @@ class Tally:
         How often each stage was worked out now.
     crashes
         Worker processes that died.
+    spent
+        Time in stages.
     """
 
     total: int
@@ -69,6 +72,7 @@ class Tally:
     failed: Counter[str] = field(default_factory=Counter)
     counts: Counter[str] = field(default_factory=Counter)
     crashes: int = 0
+    spent: Spent = field(default_factory=Spent)
     started: float = field(default_factory=time.perf_counter)
 
     @property
@@ -273,8 +277,10 @@ class _Run:
     def _done(self, job: Job, found: Done, *, timed: bool = True) -> None:
         self.tally.counts.update(found.counts)
         if job.only_light or not job.trials:
+            self.tally.spent.add([{"render_s": found.render_s}])
             return
         self._rows += found.rows
+        self.tally.spent.add(found.rows)
         self.tally.done += len(found.rows)
         self.tally.failed.update(str(row["status"]) for row in found.rows if row["status"] != OK)
         if timed and found.rows:

@@ -170,11 +170,13 @@ class Stages:
             return failed(trial, key, "invalid", str(error), self._kinds)
         return row_of(trial, key, setting, found, self._kinds)
 
-    def light(self, trial: Trial) -> None:
-        """See to it that a trial's light is there."""
+    def light(self, trial: Trial) -> float | None:
+        """See to it that a trial's light is there, and give what it took, s; None if it was."""
         setting = self._setting(trial)
+        timings: dict[str, float] = {}
         if self._cache is None or self._cache.entry(LIGHT, setting.light) is None:
-            self._lights.give(setting.light, lambda: self._rendered(setting, {}))
+            self._lights.give(setting.light, lambda: self._rendered(setting, timings))
+        return timings.get("render_s")
 
     def _setting(self, trial: Trial) -> Setting:
         name = digest_of([dict(trial.values), trial.repeat])

@@ -93,11 +93,14 @@ class Done:
         How often each stage was worked out.
     seconds
         Wall time.
+    render_s
+        Of that, what rendering took where only light was wanted.
     """
 
     rows: list[Row]
     counts: dict[str, int]
     seconds: float
+    render_s: float | None = None
 
 
 _TURN = threading.Lock()
@@ -115,9 +118,10 @@ def _run(job: Job) -> Done:
     plan, stages = _workshop(job.setup)
     before = dict(stages.counts)
     rows: list[Row] = []
+    render_s = None
     if job.only_light:
         with contextlib.suppress(InputError):  # its trials will say so
-            stages.light(plan.trial(job.trials[0]))
+            render_s = stages.light(plan.trial(job.trials[0]))
     else:
         with Note(job.note) as note:
             stages.limit.told = note.descriptor
@@ -127,7 +131,7 @@ def _run(job: Job) -> Done:
                     rows.append(stages.row(plan.trial(number)))
         stages.limit.told = None
     counts = {name: count - before[name] for name, count in stages.counts.items()}
-    return Done(rows, counts, time.perf_counter() - start)
+    return Done(rows, counts, time.perf_counter() - start, render_s)
 
 
 @lru_cache(maxsize=2)

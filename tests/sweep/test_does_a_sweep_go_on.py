@@ -95,6 +95,23 @@ def test_a_dry_run_says_how_much_and_does_nothing(tmp_path):
     said = CliRunner().invoke(app, ["sweep", str(file), "-o", str(tmp_path / "out"), *options])
     told = yaml.safe_load(said.stdout)
     assert (told["trials"], told["renders"], told["images"]) == (64, 2, 16)
+    assert told["measurements"] == 64
     assert told["seconds"] > 0
+    assert not told["measured_speeds"]
     assert not (tmp_path / "out").exists()
     assert "seconds" not in run(file, tmp_path / "out", "--dry-run", cache=tmp_path / "cache")
+
+
+@pytest.mark.slow
+def test_a_dry_run_knows_what_was_measured(tmp_path):
+    """`subpixel` has no threshold: its measurements do not repeat for four of them."""
+    file = sweep_file(tmp_path, factors=FACTORS, detectors=["lin2020", "subpixel"])
+    did = summary(file, tmp_path / "out", cache=tmp_path / "cache")
+    options = ["--dry-run", "--json", "--cache", str(tmp_path / "cache")]
+    told = CliRunner().invoke(app, ["sweep", str(file), "-o", "x", *options])
+    said = yaml.safe_load(told.stdout)
+    assert said["measured_speeds"]
+    assert said["images"] == did["worked_out"]["images"]
+    assert said["measurements"] == did["worked_out"]["measure"]
+    assert said["cached_renders"] == said["renders"] == did["worked_out"]["light"]
+    assert 0.1 * did["seconds"] < said["seconds"] < 5 * did["seconds"]
