@@ -101,7 +101,11 @@ def _setup(
         Cache(folder, limit).check()
     sweep, scene = data_of(plan)
     kept = str(folder.absolute()) if limit else None
-    return Setup(sweep, scene, plan.allowed, choose(backend).name, kept, limit, float(time_limit))
+    chosen = choose(backend)
+    return Setup(
+        *(sweep, scene, plan.allowed, chosen.name, kept, limit, float(time_limit)),
+        code=plan.code(chosen.variant),
+    )
 
 
 def _run(
@@ -139,7 +143,7 @@ def _run(
         )
     try:
         with alone(out):
-            table, done = open_table(out, plan, about, retry_failed=retry_failed)
+            table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
             table.compact()
             before = int(done.sum())
             with progress(len(plan)) as report:

@@ -249,14 +249,25 @@ class Cache:
 
         Records that a kill or a full disk cut short are left out, and only those.
         """
+        return self.added_lines(kind, key, 0)[0]
+
+    def added_lines(self, kind: str, key: str, read_bytes: int) -> tuple[list[str], int]:
+        """Give the records of a log beyond those read before, and what has been read now, bytes.
+
+        The last record may come again: it could have been cut short.
+        """
         path = self._log(kind, key)
         try:
-            data = path.read_bytes()
+            with path.open("rb") as stream:
+                if os.fstat(stream.fileno()).st_size < read_bytes:  # it was begun anew
+                    read_bytes = 0
+                stream.seek(read_bytes)
+                data = stream.read()
         except OSError:
-            return []
+            return [], 0
         with suppress(OSError):
             os.utime(path)
-        return list(records(data))
+        return list(records(data)), read_bytes + max(data.rfind(b"\n"), 0)
 
     def discard(self, kind: str, key: str) -> None:
         """Remove what is kept under a key, entry and log, because it is damaged."""

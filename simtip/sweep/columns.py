@@ -40,7 +40,7 @@ _AFTER = (
     *_of("float", "left_error_u_px left_error_v_px left_error_along_px left_error_across_px"),
     *_of("float", "right_error_u_px right_error_v_px right_error_along_px right_error_across_px"),
     *_of("float", "tip_x_mm tip_y_mm tip_z_mm exposure_s"),
-    *_of("text", "light_key image_key"),
+    *_of("text", "light_key image_key code"),
     *_of("float", "render_s sensor_s detect_s"),
 )
 FIXED = (*_BEFORE, *_AFTER)

@@ -27,8 +27,6 @@ class Measuring:
         Which detector, see `simtip.detect.get`.
     parameters
         By name, as given.
-    scene
-        That it measures, for what a scene tells its detector.
     allowed
         Whether the caller is willing to run it, if it is a program or module.
     """
@@ -36,7 +34,6 @@ class Measuring:
     label: str
     reference: str
     parameters: Mapping[str, Any]
-    scene: SceneSpec
     allowed: bool = False
 
     @cached_property
@@ -63,16 +60,16 @@ class Measuring:
         """Give it as a part of a scene."""
         return DetectSpec.model_validate({**self.parameters, "name": self.reference})
 
-    def configured(self) -> ConfiguredDetector:
-        """Set it up.
+    def configured(self, scene: SceneSpec) -> ConfiguredDetector:
+        """Set it up for a scene's images, of which a detector is told what white is.
 
         Raises
         ------
         InputError
             A parameter does not fit, or it is code that the caller did not allow.
         """
-        scene = self.scene.model_copy(update={"detect": self.spec})
-        return detector_of(scene, allowed=self.reference if self.allowed else None)
+        spec = scene.model_copy(update={"detect": self.spec})
+        return detector_of(spec, allowed=self.reference if self.allowed else None)
 
 
 def measuring(spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...]) -> tuple[Measuring, ...]:
@@ -99,9 +96,9 @@ def measuring(spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...]) -> tu
         own = scene.detect.parameters() if given.name == scene.detect.name else {}
         values = {**own, **given.parameters()}
         label = given.label or given.name
-        one = Measuring(label, given.name, values, scene, given.name in allowed)
+        one = Measuring(label, given.name, values, given.name in allowed)
         try:
-            one.configured()
+            one.configured(scene)
         except InputError as error:
             raise InputError(
                 error.problem, field=f"detectors[{number}]", remedy=error.remedy

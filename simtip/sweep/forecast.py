@@ -46,7 +46,7 @@ def forecast(plan: Plan, setup: Setup, workers: int) -> dict[str, Any]:
     megapixels = megapixels_of(plan)
     blocks = max(1, len(plan) // plan.block)
     looked = np.unique(np.linspace(0, blocks - 1, min(blocks, MOST_LOOKED_AT)).astype(int))
-    keys = {_light(plan, int(block) * plan.block) for block in looked}
+    keys = {_light(plan, int(block) * plan.block, setup.backend) for block in looked}
     renders = round(len(keys) * blocks / len(looked))
     images = _images(plan)
     cache = None if setup.cache is None else Cache(Path(setup.cache), setup.cache_bytes)
@@ -103,10 +103,11 @@ def in_words(said: dict[str, Any]) -> str:
     )
 
 
-def _light(plan: Plan, number: int) -> str:
-    from simtip.render.backend import VARIANTS, choose
+def _light(plan: Plan, number: int, backend: str) -> str:
+    from simtip.render.backend import VARIANTS
 
-    return light_key(plan.reference(plan.trial(number)), VARIANTS[choose().name])
+    variant = {str(name): variant for name, variant in VARIANTS.items()}[backend]
+    return light_key(plan.reference(plan.trial(number)), variant)
 
 
 def _images(plan: Plan) -> int:

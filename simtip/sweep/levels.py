@@ -66,7 +66,7 @@ def values_of(span: RangeSpec, *, whole: bool) -> tuple[float | int, ...]:
         values[-1] = span.high
     # 0.1 + 2 * 0.1 is 0.3, as people write it.
     tidy = [float(f"{value:.12g}") for value in values]
-    return tuple(dict.fromkeys(round(value) for value in tidy)) if whole else tuple(tidy)
+    return tuple(dict.fromkeys(round(value) if whole else value for value in tidy))
 
 
 def points(design: SampledSpec, dimensions: int) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 
 from simtip.errors import InputError
 from simtip.light_inputs import light_digest
+from simtip.measuring_rig import measuring_rig
 from simtip.mix import steady_weights
 from simtip.noise_budget import noise_tolerance
 from simtip.spec import SceneSpec
@@ -23,14 +24,14 @@ from simtip.sweep.assignment import Scenes
 from simtip.sweep.columns import Kind
 from simtip.sweep.detectors import Measuring, measuring
 from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
-from simtip.sweep.spec import GridSpec, RangeSpec, SampledSpec, SweepSpec
-from simtip.sweep.stage_keys import digest_of
+from simtip.sweep.spec import MEASURED, GridSpec, RangeSpec, SampledSpec, SweepSpec
+from simtip.sweep.stage_keys import code_digest, digest_of, rig_digest
 
 DETECT = "detect."
 NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
 """Fields that count after the images only."""
 
-MOST_CHECKED = 40
+MOST_CHECKED = 200
 """Levels of a factor that are tried before a sweep begins; of more, these many, spread."""
 
 MOST_TRIALS = 10**12
@@ -161,11 +162,24 @@ class Plan:
     def key(self, trial: Trial) -> str:
         """Give what tells a trial from any other, in any sweep of the same scene."""
         said = {path: trial.factors[path] for path in sorted(trial.factors)}
-        return digest_of([self._root, said, trial.repeat, trial.measuring.identity])[:32]
+        # A design may come to the same values twice.
+        point = [] if self.sampled is None else [trial.number // math.prod(self.sizes[1:])]
+        return digest_of([self._root, said, trial.repeat, trial.measuring.identity, *point])[:32]
 
     @cached_property
     def _root(self) -> str:
         return digest_of([self.base.model_dump(mode="json", exclude={"detect"}), self.seed])
+
+    def code(self, variant: str) -> str:
+        """Tell the code and the rig files that its trials run on from any other's."""
+        code = code_digest({one.reference for one in self.detectors}, variant)
+        rigs = {self.base.rig.measured}
+        for one in self.dimensions:
+            if MEASURED in one.paths:
+                rigs |= {level[one.paths.index(MEASURED)] for level in one.levels}
+        scenes = (self.scenes.with_values({MEASURED: path}) for path in rigs if path is not None)
+        contents = sorted(rig_digest(measuring_rig(scene)) for scene in scenes)
+        return digest_of([code, contents])[:16] if contents else code
 
     @property
     def digest(self) -> str:
@@ -183,7 +197,10 @@ class Plan:
         """
         rendered = {path for one in self.rendered for path in one.paths}
         kept = {path: value for path, value in trial.values.items() if path in rendered}
-        return self.scenes.with_values({**self._strictest, **kept})
+        shared = self.scenes.with_values({**self._strictest, **kept})
+        own = self.scenes.with_values(trial.values)
+        # What a field means for the light may depend on another: a pinhole's aperture is nothing.
+        return shared if light_digest(shared) == light_digest(own) else own
 
     @cached_property
     def _strictest(self) -> dict[str, Any]:
@@ -222,6 +239,7 @@ class Plan:
         by_stage: dict[str, list[Dimension]] = {"light": [], "images": [], "measure": []}
         for one in made:
             self._check(one)
+            _require_distinct(one)
             by_stage[self._stage(one)].append(one)
         total = math.prod([max(len(one.levels), 1) for one in made])
         if total * self.spec.repeats * len(self.detectors) > MOST_TRIALS:
@@ -262,7 +280,7 @@ class Plan:
                     "is varied by detectors", field="detect", remedy="list them in detectors"
                 )
             if scene:
-                self.scenes.with_values(scene)
+                measuring_rig(self.scenes.with_values(scene))
             asked = {p.removeprefix(DETECT): v for p, v in values.items() if p.startswith(DETECT)}
             for name, value in asked.items():
                 self._check_parameter(name, value)
@@ -277,11 +295,13 @@ class Plan:
                 remedy=_nearest(name, known),
             )
         for one in taking:
-            one.with_parameters({name: value}).configured()
+            one.with_parameters({name: value}).configured(self.base)
 
     def _stage(self, one: Dimension) -> str:
         if all(path.startswith((DETECT, *NOT_RENDERED)) for path in one.paths):
             return "measure"
+        if any(path.split(".")[0] == "render" for path in one.paths):
+            return "light"
         base = light_digest(self.base)
         for level in _some(one):
             values = dict(zip(one.paths, level, strict=True))
@@ -289,6 +309,25 @@ class Plan:
             if light_digest(self.scenes.with_values(scene)) != base:
                 return "light"
         return "images"
+
+
+def _require_distinct(one: Dimension) -> None:
+    """Refuse levels of which two are equal: their trials would be one.
+
+    Raises
+    ------
+    InputError
+        Two are; it names the field.
+    """
+    seen = set()
+    for level in one.levels:
+        said = digest_of(list(level))
+        if said in seen:
+            again = level[0] if len(level) == 1 else list(level)
+            raise InputError(
+                f"has {str(again)[:60]} twice", field=one.paths[0], remedy="name each value once"
+            )
+        seen.add(said)
 
 
 def _some(one: Dimension) -> Iterator[tuple[Any, ...]]:

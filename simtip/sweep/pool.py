@@ -67,6 +67,12 @@ def exit_code(executor: Executor, future: Future[Any]) -> int | None:
     return executor.exit_code(future) if isinstance(executor, Processes) else None
 
 
+def clear_up(executor: Executor) -> None:
+    """End what processes of this machine that died have left behind."""
+    if isinstance(executor, Processes):
+        executor.clear_up()
+
+
 def stop(executor: Executor) -> None:
     """End an executor at once, its processes with it."""
     if isinstance(executor, Processes):

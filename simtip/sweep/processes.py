@@ -11,8 +11,10 @@ import multiprocessing.connection
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from contextlib import suppress
 from typing import Any, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -22,7 +24,7 @@ T = TypeVar("T")
 RECYCLED_AFTER = 500
 """Jobs of a process, after which it makes way for a new one: no leak lasts."""
 
-JOIN_S = 5.0
+JOIN_S, PARTING_S = 5.0, 1.0
 
 
 class Processes(Executor):
@@ -50,9 +52,21 @@ class Processes(Executor):
         process = self._process.get(future)
         if process is None:
             return None
-        process.join(JOIN_S)
+        # Two threads wait for it; the one that comes second learns the code a moment later.
+        until = time.monotonic() + JOIN_S
+        while process.exitcode is None and time.monotonic() < until:
+            time.sleep(0.005)
         code: int | None = process.exitcode
         return code
+
+    def clear_up(self) -> None:
+        """End what processes that died have left behind.
+
+        A child that a detector forked keeps its parent's end from being noticed.
+        """
+        for lane in self._lanes:
+            if lane.jobs and lane.process is not None and not lane.process.is_alive():
+                _kill_group(lane.process.pid)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the processes end what they are at, and then themselves."""
@@ -60,12 +74,18 @@ class Processes(Executor):
             lane.close(wait=wait, cancel=cancel_futures)
 
     def kill(self) -> None:
-        """End the processes at once."""
-        processes = [lane.process for lane in self._lanes]
+        """End the processes: what they are at gets a moment to end what it has started."""
+        busy = [lane.process for lane in self._lanes if lane.jobs and lane.process is not None]
+        idle = [lane.process for lane in self._lanes if not lane.jobs and lane.process is not None]
         self.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            if process is not None:
-                process.kill()
+        for process in busy:
+            process.terminate()
+        until = time.monotonic() + PARTING_S
+        while time.monotonic() < until and any(process.is_alive() for process in busy):
+            time.sleep(0.01)
+        for process in (*busy, *idle):
+            process.kill()
+            _kill_group(process.pid)
 
 
 class _Lane:
@@ -115,11 +135,28 @@ class _Lane:
 
 
 def start_worker() -> None:
-    """Prepare a process: Ctrl-C is its parent's affair, and it does not outlive the parent."""
+    """Prepare a process: Ctrl-C is its parent's affair, and it does not outlive the parent.
+
+    What it starts is in a process group of its own, so that it can be ended with it.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _leave)
+    if os.name == "posix":
+        os.setpgid(0, 0)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+
+
+def _leave(*_: object) -> None:
+    """Let what is at work end its programs and remove its files."""
+    raise KeyboardInterrupt  # which no detector's failure is
+
+
+def _kill_group(leader: int) -> None:
+    if os.name == "posix":
+        with suppress(ProcessLookupError, PermissionError):  # nobody is left
+            os.killpg(leader, signal.SIGKILL)
 
 
 def _follow(parent: Any) -> None:

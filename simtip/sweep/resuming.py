@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from simtip.errors import InputError
 from simtip.sweep.columns import Column, Row, columns_for
-from simtip.sweep.head import HEAD
+from simtip.sweep.durable import TEMPORARY
+from simtip.sweep.head import HEAD, ROWS_FOLDER
 from simtip.sweep.plan import Plan
 from simtip.sweep.rows import factor_cells
 from simtip.sweep.table import OK, Table
@@ -64,7 +65,7 @@ def _locked(descriptor: int) -> bool:
 
 
 def open_table(
-    folder: Path, plan: Plan, provenance: dict[str, Any], *, retry_failed: bool
+    folder: Path, plan: Plan, provenance: dict[str, Any], code: str = "", *, retry_failed: bool
 ) -> tuple[Table, NDArray[np.bool_]]:
     """Give the table of a sweep, and which trials of the plan are in it.
 
@@ -78,6 +79,8 @@ def open_table(
         What is asked for.
     provenance
         What the table says of itself, besides the plan.
+    code
+        That rows are made by; trials whose rows are of another count as not done.
     retry_failed
         Whether trials that failed count as not done.
 
@@ -91,7 +94,7 @@ def open_table(
     columns = columns_for(Column(name, kind) for name, kind in plan.columns())
     about = {**provenance, "plan": plan.digest, "trials": len(plan)}
     if not (folder / HEAD).exists():
-        strangers = [entry.name for entry in folder.iterdir() if entry.name != LOCK]
+        strangers = [entry.name for entry in folder.iterdir() if not _is_own(entry)]
         if strangers:
             raise InputError(
                 f"holds something else ({strangers[0]})", file=folder, remedy="name another folder"
@@ -100,16 +103,24 @@ def open_table(
     table = Table.open(folder)
     if table.provenance.get("plan") != plan.digest or table.columns != columns:
         _bring_over(table, plan, columns, about)
-    return table, _done(table, len(plan), retry_failed=retry_failed)
+    return table, _done(table, len(plan), code, retry_failed=retry_failed)
 
 
-def _done(table: Table, trials: int, *, retry_failed: bool) -> NDArray[np.bool_]:
+def _is_own(entry: Path) -> bool:
+    """Say whether a killed sweep may have left it before there was a table."""
+    if entry.name == LOCK or entry.name.startswith(TEMPORARY):
+        return True
+    return ROWS_FOLDER.fullmatch(entry.name) is not None and not any(entry.iterdir())
+
+
+def _done(table: Table, trials: int, code: str, *, retry_failed: bool) -> NDArray[np.bool_]:
     done = np.zeros(trials, np.bool_)
     for rows in table.batches():
         for row in rows:
             number = row["trial"]
             if isinstance(number, int) and 0 <= number < trials:
-                done[number] = row["status"] == OK or not retry_failed
+                right = row["status"] == OK or not retry_failed
+                done[number] = right and row["code"] == code
     return done
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simtip.geometry import Array
@@ -45,10 +46,26 @@ def record_of(
     return record
 
 
-def row_of(trial: Trial, key: str, setting: Setting, record: Row, kinds: Mapping[str, str]) -> Row:
-    """Give a trial's row; `kinds` are those of the factors' columns."""
+@dataclass(frozen=True)
+class Form:
+    """What all rows of a sweep share.
+
+    Attributes
+    ----------
+    kinds
+        Of the factors' columns.
+    code
+        That they are made by, see `simtip.sweep.stage_keys.code_digest`.
+    """
+
+    kinds: Mapping[str, str]
+    code: str
+
+
+def row_of(trial: Trial, key: str, setting: Setting, record: Row, form: Form) -> Row:
+    """Give a trial's row."""
     return {
-        **_heading(trial, key, kinds),
+        **_heading(trial, key, form),
         "seed": setting.seed,
         **record,
         "light_key": setting.light,
@@ -56,18 +73,19 @@ def row_of(trial: Trial, key: str, setting: Setting, record: Row, kinds: Mapping
     }
 
 
-def failed(trial: Trial, key: str, status: str, reason: str, kinds: Mapping[str, str]) -> Row:
+def failed(trial: Trial, key: str, status: str, reason: str, form: Form) -> Row:
     """Give the row of a trial that could not be worked out."""
-    return {**_heading(trial, key, kinds), "status": status, "reason": reason[:MOST_REASON]}
+    return {**_heading(trial, key, form), "status": status, "reason": reason[:MOST_REASON]}
 
 
-def _heading(trial: Trial, key: str, kinds: Mapping[str, str]) -> Row:
+def _heading(trial: Trial, key: str, form: Form) -> Row:
     return {
         "key": key,
         "trial": trial.number,
         "repeat": trial.repeat,
         "detector": trial.measuring.label,
-        **factor_cells(trial, kinds),
+        "code": form.code,
+        **factor_cells(trial, form.kinds),
     }
 
 

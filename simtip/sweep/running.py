@@ -19,8 +19,8 @@ from pathlib import Path
 from simtip.sweep.crashes import Crashes
 from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
-from simtip.sweep.pool import Pool, exit_code, is_crash, stop
-from simtip.sweep.rows import failed
+from simtip.sweep.pool import Pool, clear_up, exit_code, is_crash, stop
+from simtip.sweep.rows import Form, failed
 from simtip.sweep.speeds import Spent
 from simtip.sweep.table import OK, Table
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
@@ -37,6 +37,9 @@ FLUSH_S = 2.0
 """Rows are written so often."""
 
 FLUSH_ROWS = 20_000
+
+MERGED_EVERY = 64
+"""Parts that are written, after which the table is asked to merge small ones."""
 
 MOST_WAITING = 64
 """Groups of trials that wait for their light, beforehand."""
@@ -164,13 +167,14 @@ class _Run:
         self._handed_out = 0
         self._numbers = itertools.count()
         self._crashes = Crashes(setup.time_limit_s)
-        self._notes = _empty_folder(table.folder / NOTES)
+        self._notes = _empty_folder((table.folder / NOTES).absolute())
         self._rows: list[Row] = []
         self._flushed = time.monotonic()
+        self._flushes = 0
         self._trial_s: float | None = None
         self._lit: set[int] = set()
         self._light_tries: Counter[int] = Counter()
-        self._kinds = dict(plan.columns())
+        self._form = Form(dict(plan.columns()), setup.code)
 
     def all(self) -> None:
         """Work until nothing is left; what goes wrong leaves the rows at hand written."""
@@ -178,6 +182,7 @@ class _Run:
             self._hand_out()
             while self._pending:
                 finished, _ = wait(self._pending, timeout=1.0, return_when=FIRST_COMPLETED)
+                clear_up(self._executor)
                 self._take_in(finished)
                 self._flush(FLUSH_S)
                 self._report(self.tally)
@@ -271,7 +276,7 @@ class _Run:
         if verdict.blamed is not None:
             number, status, reason = verdict.blamed
             trial = self._plan.trial(number)
-            row = failed(trial, self._plan.key(trial), status, reason, self._kinds)
+            row = failed(trial, self._plan.key(trial), status, reason, self._form)
             self._done(job, Done([row], {}, 0.0), timed=False)
 
     def _done(self, job: Job, found: Done, *, timed: bool = True) -> None:
@@ -279,6 +284,8 @@ class _Run:
         if job.only_light or not job.trials:
             self.tally.spent.add([{"render_s": found.render_s}])
             return
+        if found.rest:
+            self._todo.appendleft(list(found.rest))
         self._rows += found.rows
         self.tally.spent.add(found.rows)
         self.tally.done += len(found.rows)
@@ -292,6 +299,9 @@ class _Run:
         if self._rows and due:
             rows, self._rows = self._rows, []
             self._table.append(rows)
+            self._flushes += 1
+            if self._flushes % MERGED_EVERY == 0:
+                self._table.compact()
             self._flushed = time.monotonic()
 
 

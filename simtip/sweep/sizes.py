@@ -29,6 +29,8 @@ def parse_size(text: str) -> int:
     InputError
         It is something else.
     """
+    if text == "0":
+        return 0
     found = SIZE.fullmatch(text)
     if found is None:
         raise InputError(

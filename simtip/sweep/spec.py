@@ -10,6 +10,9 @@ from simtip.errors import InputError
 
 MOST_LEVELS = 100_000
 
+MEASURED = "rig.measured"
+"""A field of scenes that names a file."""
+
 
 class SweepPart(BaseModel):
     """Base of all parts of a sweep file: unknown keys are errors, values never change."""

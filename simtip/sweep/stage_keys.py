@@ -9,12 +9,15 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import importlib.util
+import itertools
 import json
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from simtip.camera import StereoRig
 from simtip.detect import names_code
 from simtip.detect.registry import listing
 from simtip.light_inputs import light_inputs
@@ -23,24 +26,31 @@ from simtip.version import __version__
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
-BOTH = ("camera", "geometry", "lens", "seeding", "errors", "yaml_file")
+BOTH = ("camera", "geometry", "lens", "undistort", "seeding", "errors", "yaml_file")
 SCENE = ("spec", "presets", "needle", "spectra", "flicker", "silhouette", "footprint", "truth")
-LIGHT = (*BOTH, *SCENE, "render", "clutter", "mix", "noise_budget", "light_inputs", "light_file")
-IMAGES = (*BOTH, *SCENE, "sensor", "exposure", "optics", "psf", "mix", "simulation", "render/view")
+SENSOR = ("sensor", "exposure", "optics", "psf", "mix")
+LIGHT = (*BOTH, *SCENE, *SENSOR, "render", "clutter", "noise_budget", "light_inputs", "light_file")
+IMAGES = (*BOTH, *SCENE, *SENSOR, "simulation", "render/view")
 MEASURE = (
-    *("camera", "geometry", "lens", "detect", "match", "correspondence", "triangulate"),
-    *("refine", "measure", "measuring_rig", "rig_file", "score", "trial", "sweep/rows"),
+    *BOTH,
+    *("detect", "match", "correspondence", "triangulate", "refine", "measure", "measuring_rig"),
+    *("rig_file", "score", "trial", "sweep/rows", "sweep/detectors", "sweep/stages"),
 )
 """Modules and packages of simtip that a stage's result depends on."""
 
 RUNS_ON = {
-    "light": ("mitsuba", "drjit", "numpy", "scipy", "trimesh"),
+    "light": (
+        *("mitsuba", "drjit", "karellen-llvm-core", "numpy", "scipy", "trimesh"),
+        *("opencv-python-headless", "OpenEXR"),
+    ),
     "images": ("numpy", "scipy", "opencv-python-headless"),
     "measure": ("numpy", "scipy", "opencv-python-headless"),
 }
 """Libraries of which every version may give other bits."""
 
 NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards"}
+
+NOT_OWN = {"__pycache__", "site-packages", "node_modules"}
 
 MOST_FILES = 5000
 """Of a detector's own package, that are looked at for changes."""
@@ -57,9 +67,20 @@ def light_key(spec: SceneSpec, variant: str) -> str:
     variant
         What renders.
     """
-    asked = None if spec.render.noise is None else image_inputs(spec)
+    asked = None if spec.render.noise is None else _noise_inputs(spec)
     inputs = {"light": light_inputs(spec), "asked": asked, "variant": variant}
     return _digest("light", LIGHT, inputs)
+
+
+def _noise_inputs(spec: SceneSpec) -> dict[str, Any]:
+    """Give the part of a scene that says how little noise its light may have."""
+    data = spec.model_dump(mode="json")
+    apertures = [
+        [camera["lens"][name] for name in ("f_number", "focal_length_mm", "focus_mm")]
+        for camera in (data["rig"]["left"], data["rig"]["right"])
+    ]
+    kept = {name: data[name] for name in ("sensor", "lamps", "ambient")}
+    return {**kept, "noise": data["render"]["noise"], "apertures": apertures}
 
 
 def image_inputs(spec: SceneSpec) -> dict[str, Any]:
@@ -85,7 +106,7 @@ def image_key(light: str, inputs: Mapping[str, Any], seed: int) -> str:
     return _digest("images", IMAGES, {"light": light, "inputs": inputs, "seed": seed})
 
 
-def measure_key(images: str, spec: SceneSpec) -> str | None:
+def measure_key(images: str, spec: SceneSpec, rig: StereoRig) -> str | None:
     """Give the key of a measurement.
 
     Parameters
@@ -94,6 +115,8 @@ def measure_key(images: str, spec: SceneSpec) -> str | None:
         Key of the images.
     spec
         The scene, its detector and parameters as they are used.
+    rig
+        That measures.
 
     Returns
     -------
@@ -103,7 +126,6 @@ def measure_key(images: str, spec: SceneSpec) -> str | None:
     detector = detector_code(spec.detect.name)
     if detector is None:
         return None
-    rig = spec.rig.measured
     return _digest(
         "measure",
         MEASURE,
@@ -114,9 +136,26 @@ def measure_key(images: str, spec: SceneSpec) -> str | None:
             "match": spec.match.model_dump(mode="json"),
             "triangulate": spec.triangulate.model_dump(mode="json"),
             "refine": spec.refine.model_dump(mode="json"),
-            "rig": None if rig is None else hashlib.sha256(Path(rig).read_bytes()).hexdigest(),
+            "bit_depth": spec.sensor.bit_depth,
+            "rig": None if spec.rig.measured is None else rig_digest(rig),
         },
     )
+
+
+def rig_digest(rig: StereoRig) -> str:
+    """Tell a rig from any other by its numbers, whatever files they come from."""
+    cameras = [
+        [camera.K.tolist(), list(camera.distortion), list(camera.size)]
+        for camera in (rig.left, rig.right)
+    ]
+    return digest_of([cameras, rig.T_lr.R.tolist(), rig.T_lr.t.tolist()])
+
+
+def code_digest(references: Iterable[str], variant: str) -> str:
+    """Tell all code that trials run on from any other: simtip's, libraries', detectors'."""
+    stages = [_stage_code(*stage) for stage in (("light", LIGHT), ("images", IMAGES))]
+    detectors = [[reference, detector_code(reference)] for reference in sorted(references)]
+    return digest_of([*stages, _stage_code("measure", MEASURE), variant, detectors])[:16]
 
 
 def digest_of(data: Any) -> str:
@@ -129,7 +168,7 @@ def digest_of(data: Any) -> str:
 def detector_code(reference: str) -> str | None:
     """Tell a detector's code from any other's; None for an external program.
 
-    A plug-in or an imported module is told by all Python files of its package.
+    A plug-in or an imported module is told by all Python files of its package, or of its folder.
     """
     if reference.startswith("cmd:"):
         return None
@@ -150,11 +189,19 @@ def _module_of(source: str) -> str:
 
 def _package_digest(module: str) -> str | None:
     spec = importlib.util.find_spec(module.partition(".")[0])
-    if spec is None or spec.origin is None:
+    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
         return None
-    origin = Path(spec.origin)
-    files = sorted(origin.parent.rglob("*.py")) if origin.name == "__init__.py" else [origin]
-    return None if len(files) > MOST_FILES else _files_digest(files, origin.parent)
+    # A module that stands alone may import what lies beside it.
+    folder = Path(spec.origin).parent
+    files = list(itertools.islice(_python_files(folder), MOST_FILES + 1))
+    return None if len(files) > MOST_FILES else _files_digest(sorted(files), folder)
+
+
+def _python_files(folder: Path) -> Iterator[Path]:
+    """Give the Python files of a folder and of those in it, but for environments and the like."""
+    for place, inner, names in os.walk(folder):
+        inner[:] = [name for name in inner if name[0] != "." and name not in NOT_OWN]
+        yield from (Path(place) / name for name in names if name.endswith(".py"))
 
 
 def _digest(stage: str, modules: tuple[str, ...], inputs: dict[str, Any]) -> str:
@@ -168,8 +215,15 @@ def _stage_code(stage: str, modules: tuple[str, ...]) -> str:
     for name in modules:
         place = PACKAGE / name
         files += sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
-    versions = {name: importlib.metadata.version(name) for name in RUNS_ON[stage]}
+    versions = {name: _version(name) for name in RUNS_ON[stage]}
     return digest_of([__version__, versions, _files_digest(files, PACKAGE)])
+
+
+def _version(name: str) -> str | None:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:  # the system's own, perhaps
+        return None
 
 
 def _files_digest(files: Iterable[Path], root: Path) -> str:

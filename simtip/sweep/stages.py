@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+import traceback
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
@@ -29,7 +30,7 @@ from simtip.spec import SceneSpec
 from simtip.sweep.cache import Cache
 from simtip.sweep.limit import Limit
 from simtip.sweep.plan import Plan, Trial
-from simtip.sweep.rows import failed, record_of, row_of
+from simtip.sweep.rows import Form, failed, record_of, row_of
 from simtip.sweep.stage_keys import digest_of, image_inputs, image_key, light_key, measure_key
 from simtip.trial import measured, refiner_of
 from simtip.truth import SceneTruth, scene_truth
@@ -41,6 +42,9 @@ if TYPE_CHECKING:
 SIDES = ("left", "right")
 LIGHT, IMAGES, MEASURE = "light", "images", "measure"
 """Kinds of entries in the cache."""
+
+INVALID, ERROR = "invalid", "error"
+"""Statuses of trials that cannot be, and of those that came upon something unforeseen."""
 
 Row = dict[str, object]
 Made = TypeVar("Made")
@@ -114,16 +118,16 @@ class Records:
 
     def __init__(self) -> None:
         self.found: dict[str, Row] = {}
-        self._read = 0
+        self.read_bytes = 0
 
-    def read(self, lines: list[str]) -> None:
+    def take_in(self, lines: list[str], read_bytes: int) -> None:
         """Take in what has been added; of damaged lines nothing."""
-        for line in lines[self._read :] if len(lines) >= self._read else lines:
+        self.read_bytes = read_bytes
+        for line in lines:
             with suppress(ValueError):
                 said = json.loads(line)
                 if isinstance(said, dict) and isinstance(said.get("record"), dict):
                     self.found[str(said.get("key"))] = said["record"]
-        self._read = len(lines)
 
 
 class Stages:
@@ -156,7 +160,7 @@ class Stages:
         self._plan, self._cache, self._backend = plan, cache, backend
         self._settings, self._shots, self._lights = Memory(4), Memory(2), Memory(1)
         self._detectors, self._records = Memory(1000), Memory(4)
-        self._kinds = dict(plan.columns())
+        self._form = Form(dict(plan.columns()), plan.code(backend.variant))
         self.counts = {LIGHT: 0, IMAGES: 0, MEASURE: 0}
         """How often each stage was worked out."""
 
@@ -167,15 +171,18 @@ class Stages:
             setting = self._setting(trial)
             found = self._measured(trial, setting)
         except InputError as error:
-            return failed(trial, key, "invalid", str(error), self._kinds)
-        return row_of(trial, key, setting, found, self._kinds)
+            return failed(trial, key, INVALID, str(error), self._form)
+        except Exception as error:  # noqa: BLE001 (no trial ends the others, and resuming would find it again)
+            reason = "".join(traceback.format_exception_only(error)).strip()
+            return failed(trial, key, ERROR, reason, self._form)
+        return row_of(trial, key, setting, found, self._form)
 
     def light(self, trial: Trial) -> float | None:
         """See to it that a trial's light is there, and give what it took, s; None if it was."""
         setting = self._setting(trial)
         timings: dict[str, float] = {}
         if self._cache is None or self._cache.entry(LIGHT, setting.light) is None:
-            self._lights.give(setting.light, lambda: self._rendered(setting, timings))
+            self._lights.give(setting.light, lambda: self._lit(setting, timings))
         return timings.get("render_s")
 
     def _setting(self, trial: Trial) -> Setting:
@@ -193,7 +200,7 @@ class Stages:
 
     def _measured(self, trial: Trial, setting: Setting) -> Row:
         spec = setting.spec.model_copy(update={"detect": trial.measuring.spec})
-        key = measure_key(setting.images, spec)
+        key = measure_key(setting.images, spec, setting.rig)
         known = self._recalled(setting.images, key)
         if known is not None:
             return known
@@ -210,7 +217,8 @@ class Stages:
         timings: dict[str, float] = {}
         shot = self._shots.give(setting.images, lambda: self._shot(setting, timings))
         detector: ConfiguredDetector = self._detectors.give(
-            digest_of(trial.measuring.identity), trial.measuring.configured
+            digest_of([trial.measuring.identity, spec.sensor.bit_depth]),
+            lambda: trial.measuring.configured(spec),
         )
         self.counts[MEASURE] += 1
         measurement, error = measured(
@@ -227,7 +235,7 @@ class Stages:
             return None
         records: Records = self._records.give(images, Records)
         if key not in records.found:
-            records.read(self._cache.lines(MEASURE, images))
+            records.take_in(*self._cache.added_lines(MEASURE, images, records.read_bytes))
         return records.found.get(key)
 
     def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from simtip.errors import InputError
 from simtip.scene_file import load_scene
 from simtip.spec import SceneSpec
-from simtip.sweep.spec import SweepSpec
+from simtip.sweep.spec import MEASURED, SweepSpec
 from simtip.yaml_file import Document, FieldPath, dotted, load_yaml, shown, undotted
 
 REMEDY = "see docs/sweeps.md, or start from a file in scenes/sweeps/"
@@ -83,7 +83,26 @@ def read_sweep(path: str | Path) -> SweepFile:
         raise _said(document, error) from None
     except ValueError as error:
         raise document.error(f"has a number that is none ({error})", remedy=REMEDY) from error
-    return SweepFile(spec, load_scene(Path(path).absolute().parent / spec.scene), document)
+    folder = Path(path).absolute().parent
+    return SweepFile(_beside(folder, spec), load_scene(folder / spec.scene), document)
+
+
+def _beside(folder: Path, spec: SweepSpec) -> SweepSpec:
+    """Let the rigs that a sweep file names count from its folder, as its scene does."""
+
+    def whole(path: object) -> object:
+        return str(folder / path) if isinstance(path, str) else path
+
+    def all_whole(levels: object) -> object:
+        return [whole(level) for level in levels] if isinstance(levels, list) else levels
+
+    base = {name: whole(v) if name == MEASURED else v for name, v in spec.base.items()}
+    factors = {name: all_whole(v) if name == MEASURED else v for name, v in spec.factors.items()}
+    zipped = [
+        {name: all_whole(v) if name == MEASURED else v for name, v in group.items()}
+        for group in spec.zipped
+    ]
+    return spec.model_copy(update={"base": base, "factors": factors, "zipped": zipped})
 
 
 def _said(document: Document, error: ValidationError) -> InputError:

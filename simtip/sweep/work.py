@@ -43,6 +43,8 @@ class Setup:
         Folder of the cache, None for none; and its limit.
     time_limit_s
         Of a trial once its light is there: after it the process ends itself.
+    code
+        That rows are made by.
     threads, light_threads
         That a process may use, and that it may render with: all, if there are few renders; None is
         all.
@@ -55,6 +57,7 @@ class Setup:
     cache: str | None
     cache_bytes: int
     time_limit_s: float
+    code: str = ""
     threads: int | None = None
     light_threads: int | None = None
 
@@ -93,6 +96,8 @@ class Done:
         How often each stage was worked out.
     seconds
         Wall time.
+    rest
+        Trials that are left: the job would have taken too long.
     render_s
         Of that, what rendering took where only light was wanted.
     """
@@ -101,7 +106,11 @@ class Done:
     counts: dict[str, int]
     seconds: float
     render_s: float | None = None
+    rest: tuple[int, ...] = ()
 
+
+LONGEST_JOB_S = 6.0
+"""After which a job comes back with what it has: rows shall not wait for long to be written."""
 
 _TURN = threading.Lock()
 """One job at a time in a process: threads of a cluster's worker share what is kept."""
@@ -126,12 +135,15 @@ def _run(job: Job) -> Done:
         with Note(job.note) as note:
             stages.limit.told = note.descriptor
             for number in job.trials:
+                if rows and time.perf_counter() - start > LONGEST_JOB_S:
+                    break
                 note.at(number)
                 with stages.limit:
                     rows.append(stages.row(plan.trial(number)))
         stages.limit.told = None
     counts = {name: count - before[name] for name, count in stages.counts.items()}
-    return Done(rows, counts, time.perf_counter() - start, render_s)
+    rest = () if job.only_light else job.trials[len(rows) :]
+    return Done(rows, counts, time.perf_counter() - start, render_s, rest)
 
 
 @lru_cache(maxsize=2)

@@ -6,6 +6,7 @@ import pytest
 import yaml
 from small_sweeps import scene_file
 
+from simtip.measuring_rig import measuring_rig
 from simtip.render import choose
 from simtip.sweep import stage_keys
 from simtip.sweep.cache import Cache
@@ -34,7 +35,7 @@ def keys(folder, base, factor):
     light = stage_keys.light_key(plan.reference(trial), VARIANT)
     images = stage_keys.image_key(light, stage_keys.image_inputs(spec), 1)
     seen = spec.model_copy(update={"detect": trial.measuring.spec})
-    return light, images, stage_keys.measure_key(images, seen)
+    return light, images, stage_keys.measure_key(images, seen, measuring_rig(seen))
 
 
 @pytest.mark.parametrize(
