@@ -2,7 +2,9 @@
 
 import os
 import signal
+import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -129,3 +131,50 @@ def test_a_process_makes_way_for_a_new_one(monkeypatch):
         assert numbers[0] == numbers[1] != numbers[2] == numbers[3]
     finally:
         executor.shutdown()
+
+
+def forked(seconds):
+    """Leave a child behind that outlives this process, and die."""
+    if os.fork() == 0:
+        time.sleep(seconds)
+        os._exit(0)
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_child_that_is_left_behind_hides_nothing():
+    executor = Processes(1)
+    try:
+        executor.submit(abs, 1).result(60)
+        start = time.monotonic()
+        future = executor.submit(forked, 60)
+        while not future.done() and time.monotonic() - start < 30:
+            time.sleep(0.2)
+            executor.clear_up()
+        assert time.monotonic() - start < 20
+        assert executor.exit_code(future) == -signal.SIGSEGV
+    finally:
+        executor.kill()
+
+
+def with_program(path):
+    """Run a program that lasts."""
+    from simtip.detect.process import run_program
+
+    run_program([sys.executable, "-c", f"import time; open({path!r}, 'w'); time.sleep(60)"], 60)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks in /proc")
+def test_programs_end_with_their_worker(tmp_path):
+    path = str(tmp_path / "begun")
+    executor = Processes(1)
+    executor.submit(with_program, path)
+    until = time.monotonic() + 60
+    while not Path(path).exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    executor.kill()
+    time.sleep(0.5)
+    lines = [p.read_bytes() for p in Path("/proc").glob("[0-9]*/cmdline") if p.exists()]
+    assert not [line for line in lines if path.encode() in line]
