@@ -9,7 +9,11 @@ from typer.testing import CliRunner
 
 from simtip.cli.program import app
 from simtip.errors import InputError
+from simtip.sweep.plan import Plan
+from simtip.sweep.resuming import as_json, open_table
+from simtip.sweep.sweep_file import read_sweep
 from simtip.sweep.table import Table
+from simtip.sweep.work import Job, Setup, run_job
 
 FEW = {"detect.threshold": [80, 100], "sensor.exposure_s": [0.045, 0.05]}
 
@@ -115,3 +119,39 @@ def test_a_dry_run_knows_what_was_measured(tmp_path):
     assert said["measurements"] == did["worked_out"]["measure"]
     assert said["cached_renders"] == said["renders"] == did["worked_out"]["light"]
     assert 0.1 * did["seconds"] < said["seconds"] < 5 * did["seconds"]
+
+
+def setup_of(file, cache=None):
+    source = read_sweep(file)
+    plan = Plan(source.spec, source.scene)
+    sweep, scene = as_json(plan)
+    return plan, Setup(sweep, scene, (), "llvm", cache, 10**9, 100.0)
+
+
+def test_a_job_that_would_take_long_comes_back_with_what_it_has(tmp_path, monkeypatch):
+    monkeypatch.setattr("simtip.sweep.work.LONGEST_JOB_S", 0.0)
+    _, setup = setup_of(sweep_file(tmp_path, factors=FEW))
+    done = run_job(Job(setup, (0, 1, 2, 3)))
+    assert [row["trial"] for row in done.rows] == [0]
+    assert done.rest == (1, 2, 3)
+
+
+def test_something_unforeseen_is_a_row(tmp_path, monkeypatch):
+    def no_memory(*_, **__):
+        raise MemoryError("of 3 TB")
+
+    monkeypatch.setattr("simtip.sweep.stages.measured", no_memory)
+    _, setup = setup_of(sweep_file(tmp_path, factors=FEW), str(tmp_path / "cache"))
+    (row,) = run_job(Job(setup, (0,))).rows
+    assert (row["status"], row["reason"]) == ("error", "MemoryError: of 3 TB")
+    monkeypatch.undo()
+    assert run_job(Job(setup, (0,))).rows[0]["status"] == "ok"  # nothing wrong was kept
+
+
+def test_what_a_kill_leaves_before_there_is_a_table_is_no_stranger(tmp_path):
+    plan, _ = setup_of(sweep_file(tmp_path, factors=FEW))
+    out = tmp_path / "out"
+    (out / "rows").mkdir(parents=True)
+    (out / ".simtip-table-0123").write_bytes(b"half")
+    _, done = open_table(out, plan, {}, retry_failed=False)
+    assert not done.any()

@@ -25,6 +25,33 @@ def test_records_come_back_in_order(cache):
     assert cache.lines("trial", KEY) == RECORDS
 
 
+def test_what_was_added_comes_alone_but_for_the_last(cache):
+    """The last one may have been cut short when it was read."""
+    cache.append("trial", KEY, "first")
+    found, read = cache.added_lines("trial", KEY, 0)
+    assert found == ["first"]
+    for record in ("second", "third"):
+        cache.append("trial", KEY, record)
+    found, read = cache.added_lines("trial", KEY, read)
+    assert found == ["first", "second", "third"]
+    assert cache.added_lines("trial", KEY, read)[0] == ["third"]
+    cache.discard("trial", KEY)
+    cache.append("trial", KEY, "anew")
+    assert cache.added_lines("trial", KEY, read)[0] == ["anew"]
+
+
+def test_one_read_while_it_was_being_written_is_read_again(cache):
+    cache.append("trial", KEY, "first")
+    before = log(cache).stat().st_size
+    cache.append("trial", KEY, "second")
+    data = log(cache).read_bytes()
+    for end in range(before, len(data)):
+        log(cache).write_bytes(data[:end])
+        _, read = cache.added_lines("trial", KEY, 0)
+        log(cache).write_bytes(data)
+        assert "second" in cache.added_lines("trial", KEY, read)[0], end
+
+
 def test_a_line_feed_is_refused(cache):
     with pytest.raises(ValueError, match="one line"):
         cache.append("trial", KEY, "a\nb")
