@@ -11,6 +11,7 @@ from simtip.sweep.sizes import parse_size, shown_size
 @pytest.mark.parametrize(
     ("text", "size"),
     [
+        ("0", 0),
         ("0B", 0),
         ("512B", 512),
         ("1kB", 1000),
