@@ -59,6 +59,12 @@ def sweep(
     from simtip.sweep.plan import Plan
     from simtip.sweep.sweep_file import read_sweep
 
+    if any(not one.strip() for one in detector or ()):
+        raise InputError("is empty", field="--detector", remedy="name a detector")
+    if scheduler is not None and workers is not None:
+        raise InputError(
+            "is the cluster's affair", field="--workers", remedy="leave it out with --scheduler"
+        )
     source = read_sweep(file)
     spec = source.spec
     if detector:
@@ -69,11 +75,16 @@ def sweep(
         if detector and (error.field or "").startswith("detectors"):
             raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
         raise source.located(error) from error
-    setup = _setup(plan, backend, cache, cache_size, time_limit)
-    if dry_run:
-        _foretell(plan, setup, workers or _cores(), as_json=as_json)
-        return
-    tally = _run(plan, setup, out, workers or _cores(), scheduler, retry_failed=retry_failed)
+    try:
+        setup = _setup(plan, backend, cache, cache_size, time_limit)
+        if dry_run:
+            _foretell(plan, setup, workers or _cores(), out, as_json=as_json)
+            return
+        tally = _run(plan, setup, out, workers or _cores(), scheduler, retry_failed=retry_failed)
+    except InputError as error:
+        if (error.field or "-").startswith("-"):
+            raise
+        raise source.located(error) from error
     said = summary_of(tally)
     if as_json:
         print_json({"out": str(out), **said})
@@ -209,10 +220,11 @@ def _in_words(said: dict[str, Any], out: Path) -> str:
     return "\n".join([*lines, f"written to {out}; see `simtip results {out}`"])
 
 
-def _foretell(plan: Plan, setup: Setup, workers: int, *, as_json: bool) -> None:
+def _foretell(plan: Plan, setup: Setup, workers: int, out: Path, *, as_json: bool) -> None:
     from simtip.sweep.forecast import forecast, in_words
+    from simtip.sweep.resuming import rows_of
 
-    said = forecast(plan, setup, workers)
+    said = {**forecast(plan, setup, workers), "rows": rows_of(out)}
     if as_json:
         print_json(said)
     else:

@@ -28,8 +28,11 @@ def foreign_code() -> Iterator[None]:
         yield
     except (InputError, ForeignCodeError):
         raise
-    # Any exception, by design: it is not ours. `sys.exit` in there must not end the run either.
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    # Any exception, by design: it is not ours. `sys.exit` in there must not end the run either, nor
+    # what Rust's panics and others' outcomes are made of.
+    except BaseException as error:
         raise ForeignCodeError(_told(error)) from error
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -17,6 +18,10 @@ KEPT_STDERR = 1 << 12
 CHUNK = 1 << 16
 GRACE_S = 2.0
 """How long to wait for pipes that a process outside of the program's group keeps open."""
+
+
+LONGEST_S = math.inf
+"""Of any program, whatever its own limit."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ def run_program(arguments: Sequence[str], timeout_s: float) -> Finished:
     try:
         out = _Reader(process, process.stdout, first=MAX_STDOUT)
         err = _Reader(process, process.stderr, last=KEPT_STDERR)
-        code = _wait(process, timeout_s)
+        code = _wait(process, min(timeout_s, LONGEST_S))
     finally:
         _kill_group(process)
     for reader in (out, err):

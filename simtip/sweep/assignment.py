@@ -106,6 +106,12 @@ class Scenes:
 
     def _unknown(self, path: FieldPath) -> InputError:
         text = dotted(path)
+        if text in self.paths():
+            return InputError(
+                "is not there any more where another factor is varied, too",
+                field=text,
+                remedy="vary one of them",
+            )
         return InputError("is no field of the scene", field=text, remedy=self.nearest(text))
 
     def nearest(self, path: str) -> str:

@@ -33,7 +33,7 @@ def _of(kind: Kind, names: str) -> tuple[Column, ...]:
     return tuple(Column(name, kind) for name in names.split())
 
 
-_BEFORE = (*_of("text", "key"), *_of("int", "trial repeat seed"), *_of("text", "detector"))
+_BEFORE = (*_of("text", "key"), *_of("int", "trial repeat noise_seed"), *_of("text", "detector"))
 _AFTER = (
     *_of("text", "status reason"),
     *_of("float", "error_x_mm error_y_mm error_z_mm error_norm_mm refined_norm_mm"),

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from simtip.detect import ConfiguredDetector, parameters_of
+from simtip.detect import ConfiguredDetector, names_code, parameters_of
+from simtip.detect.registry import listing
 from simtip.errors import InputError
 from simtip.spec import SceneSpec
 from simtip.spec.scene import DetectSpec
@@ -35,6 +36,13 @@ class Measuring:
     reference: str
     parameters: Mapping[str, Any]
     allowed: bool = False
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is simtip's own: then all it depends on is known."""
+        if self.reference.startswith("cmd:") or names_code(self.reference):
+            return False
+        return bool(listing(self.reference).source == "built in")
 
     @cached_property
     def declared(self) -> dict[str, str]:

@@ -85,8 +85,8 @@ def megapixels_of(plan: Plan) -> float:
 
 def in_words(said: dict[str, Any]) -> str:
     """Say it in some lines."""
-    hours, rest = divmod(int(said["seconds"]), 3600)
     whence = "as measured here" if said["measured_speeds"] else "a guess; nothing measured yet"
+    found = [f"{said['rows']} rows are there already"] if said.get("rows") else []
     return "\n".join(
         [
             (
@@ -94,13 +94,22 @@ def in_words(said: dict[str, Any]) -> str:
                 f"{said['measurements']} measurements"
             ),
             f"{said['renders']} distinct renders, {said['cached_renders']} of them in the cache",
-            f"about {hours} h {rest // 60} min ({whence})",
+            f"about {_duration(said['seconds'])} ({whence})",
             (
                 f"about {shown_size(said['table_bytes'])} of table, "
                 f"{shown_size(said['cache_bytes'])} through the cache"
             ),
+            *found,
         ]
     )
+
+
+def _duration(seconds: float) -> str:
+    hours, rest = divmod(int(seconds + 0.5), 3600)
+    minutes = rest // 60
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {rest % 60} s" if minutes else f"{rest} s"
 
 
 def _light(plan: Plan, number: int, backend: str) -> str:

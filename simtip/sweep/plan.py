@@ -26,6 +26,7 @@ from simtip.sweep.detectors import Measuring, measuring
 from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
 from simtip.sweep.spec import MEASURED, GridSpec, RangeSpec, SampledSpec, SweepSpec
 from simtip.sweep.stage_keys import code_digest, digest_of, rig_digest
+from simtip.yaml_file import dotted, undotted
 
 DETECT = "detect."
 NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
@@ -236,6 +237,7 @@ class Plan:
             for group in self.spec.zipped
             if group
         ]
+        _require_plain([path for one in made for path in one.paths])
         by_stage: dict[str, list[Dimension]] = {"light": [], "images": [], "measure": []}
         for one in made:
             self._check(one)
@@ -309,6 +311,20 @@ class Plan:
             if light_digest(self.scenes.with_values(scene)) != base:
                 return "light"
         return "images"
+
+
+def _require_plain(paths: list[str]) -> None:
+    """Refuse fields that are not written as simtip writes them: the same could stand there twice.
+
+    Raises
+    ------
+    InputError
+        One is not.
+    """
+    for path in paths:
+        plain = dotted(undotted(path))
+        if path != plain:
+            raise InputError("is no plain name", field=path, remedy=f"write it {plain!r}")
 
 
 def _require_distinct(one: Dimension) -> None:

@@ -5,6 +5,7 @@ Either way it is a `concurrent.futures.Executor`, and all else does not know whi
 
 from __future__ import annotations
 
+import re
 from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import Any
 
@@ -12,6 +13,7 @@ from simtip.errors import InputError
 from simtip.sweep.processes import Processes
 
 CONNECT_S = 20
+ADDRESS = re.compile(r"(?:[a-z]+://)?[^/\s]+:\d{1,5}/?")
 
 
 class Pool:
@@ -82,6 +84,12 @@ def stop(executor: Executor) -> None:
 
 
 def _client(address: str) -> Any:
+    if ADDRESS.fullmatch(address) is None:
+        raise InputError(
+            f"{address[:100]!r} is no address",
+            field="--scheduler",
+            remedy="write e.g. tcp://host:8786",
+        )
     try:
         import distributed
 

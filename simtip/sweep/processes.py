@@ -10,6 +10,7 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -140,6 +141,8 @@ def start_worker() -> None:
     What it starts is in a process group of its own, so that it can be ended with it.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.dup2(2, 1)  # what a detector prints is no result
+    sys.stdout = sys.stderr
     signal.signal(signal.SIGTERM, _leave)
     if os.name == "posix":
         os.setpgid(0, 0)

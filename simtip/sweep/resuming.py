@@ -106,6 +106,11 @@ def open_table(
     return table, _done(table, len(plan), code, retry_failed=retry_failed)
 
 
+def rows_of(folder: Path) -> int:
+    """Give how many rows a sweep's folder has; 0 where there is none."""
+    return len(Table.open(folder).keys()) if (folder / HEAD).exists() else 0
+
+
 def _is_own(entry: Path) -> bool:
     """Say whether a killed sweep may have left it before there was a table."""
     if entry.name == LOCK or entry.name.startswith(TEMPORARY):

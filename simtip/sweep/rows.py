@@ -66,7 +66,7 @@ def row_of(trial: Trial, key: str, setting: Setting, record: Row, form: Form) ->
     """Give a trial's row."""
     return {
         **_heading(trial, key, form),
-        "seed": setting.seed,
+        "noise_seed": setting.seed,
         **record,
         "light_key": setting.light,
         "image_key": setting.images,

@@ -12,10 +12,12 @@ import shutil
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from simtip.errors import InputError
 from simtip.sweep.crashes import Crashes
 from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
@@ -25,13 +27,16 @@ from simtip.sweep.speeds import Spent
 from simtip.sweep.table import OK, Table
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
 
-JOB_S = 3.0
+JOB_S = 2.0
 """What a job should take."""
 
 MOST_IN_JOB = 2000
 
 FIRST_IN_JOB = 2
 """Trials of a job while nothing is known of how long they take."""
+
+PARTING_S = 8.0
+"""After Ctrl-C, for jobs in flight to come to their end."""
 
 FLUSH_S = 2.0
 """Rows are written so often."""
@@ -187,6 +192,9 @@ class _Run:
                 self._flush(FLUSH_S)
                 self._report(self.tally)
                 self._hand_out()
+        except KeyboardInterrupt:
+            self._finish_flying()
+            raise
         except BaseException:
             stop(self._executor)
             self._flush(0)
@@ -195,6 +203,16 @@ class _Run:
         self._flush(0)
         self._report(self.tally)
         shutil.rmtree(self._notes, ignore_errors=True)
+
+    def _finish_flying(self) -> None:
+        """Take in what is in flight, unless it takes long or the user insists."""
+        with suppress(KeyboardInterrupt):
+            finished, _ = wait(
+                [f for f, job in self._pending.items() if not job.only_light], PARTING_S
+            )
+            self._take_in(finished)
+        stop(self._executor)
+        self._flush(0)
 
     def _hand_out(self) -> None:
         """Keep the workers busy; one that has to wait for light gets ready meanwhile."""
@@ -253,14 +271,21 @@ class _Run:
     def _take_in(self, finished: Iterable[Future[Done]]) -> None:
         for future in finished:
             job = self._pending.pop(future)
-            error = future.exception()
+            error = CancelledError() if future.cancelled() else future.exception()
             if error is None:
                 self._done(job, future.result())
             elif is_crash(error):
                 self.tally.crashes += 1
                 self._lost(job, exit_code(self._executor, future))
-            else:
+            elif self._pool.local:
                 raise error
+            else:
+                said = " ".join(f"{type(error).__name__} {error}".split())[:200]
+                raise InputError(
+                    f"the cluster gave up ({said})",
+                    field="--scheduler",
+                    remedy="see that it runs, and give the same command: it goes on",
+                ) from error
 
     def _lost(self, job: Job, code: int | None) -> None:
         """Hand out again what a process that died was at, but not the trial that is to blame."""

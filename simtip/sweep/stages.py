@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -172,7 +172,7 @@ class Stages:
             found = self._measured(trial, setting)
         except InputError as error:
             return failed(trial, key, INVALID, str(error), self._form)
-        except Exception as error:  # noqa: BLE001 (no trial ends the others, and resuming would find it again)
+        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 (no trial ends the others, and resuming would find it again)
             reason = "".join(traceback.format_exception_only(error)).strip()
             return failed(trial, key, ERROR, reason, self._form)
         return row_of(trial, key, setting, found, self._form)
@@ -201,18 +201,21 @@ class Stages:
     def _measured(self, trial: Trial, setting: Setting) -> Row:
         spec = setting.spec.model_copy(update={"detect": trial.measuring.spec})
         key = measure_key(setting.images, spec, setting.rig)
+        own = trial.measuring.is_own
         known = self._recalled(setting.images, key)
         if known is not None:
             return known
-        if self._cache is None or key is None:
-            return self._newly_measured(trial, setting, spec, None)
+        if self._cache is None or key is None or not own:
+            # Others' detectors may read files that nobody knows of: what they measure is for this
+            # sweep's repeats only.
+            return self._newly_measured(trial, setting, spec, key, kept=False)
         # Of a detector that takes no notice of a factor, two workers may get the same measurement.
         with self._locked(MEASURE, key):
             known = self._recalled(setting.images, key)
-            return known or self._newly_measured(trial, setting, spec, key)
+            return known or self._newly_measured(trial, setting, spec, key, kept=True)
 
     def _newly_measured(
-        self, trial: Trial, setting: Setting, spec: SceneSpec, key: str | None
+        self, trial: Trial, setting: Setting, spec: SceneSpec, key: str | None, *, kept: bool
     ) -> Row:
         timings: dict[str, float] = {}
         shot = self._shots.give(setting.images, lambda: self._shot(setting, timings))
@@ -225,20 +228,27 @@ class Stages:
             shot.images, setting.truth, spec, detector, rig=setting.rig, refiner=setting.refiner
         )
         record = record_of(measurement, error, setting.truth, shot.exposure_s)
-        if self._cache is not None and key is not None:
+        if key is not None:
+            records: Records = self._records.give(setting.images, Records)
+            records.found[key] = record
+        if self._cache is not None and kept:
             said = json.dumps({"key": key, "record": record}, allow_nan=False)
             self._cache.append(MEASURE, setting.images, said)
         return {**record, **timings}
 
     def _recalled(self, images: str, key: str | None) -> Row | None:
-        if self._cache is None or key is None:
+        if key is None:
             return None
         records: Records = self._records.give(images, Records)
-        if key not in records.found:
+        if key not in records.found and self._cache is not None:
             records.take_in(*self._cache.added_lines(MEASURE, images, records.read_bytes))
         return records.found.get(key)
 
     def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
+        shot = self._kept_shot(setting, timings)
+        return Shot((_immutable(shot.images[0]), _immutable(shot.images[1])), shot.exposure_s)
+
+    def _kept_shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
         if self._cache is None:
             return self._exposed(setting, timings)
         # Two workers may get trials of the same images at once.
@@ -308,6 +318,11 @@ class Stages:
         if self._cache is not None:
             self._cache.put(LIGHT, setting.light, write)
         return views
+
+
+def _immutable(image: Image) -> Image:
+    """Give an image that no detector can change for those after it, whatever it tries."""
+    return cast("Image", np.frombuffer(image.tobytes(), image.dtype).reshape(image.shape))
 
 
 def _write_shot(folder: Path, shot: Shot) -> None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -82,9 +85,19 @@ def read_sweep(path: str | Path) -> SweepFile:
     except ValidationError as error:
         raise _said(document, error) from None
     except ValueError as error:
-        raise document.error(f"has a number that is none ({error})", remedy=REMEDY) from error
+        place = next(_not_finite(data, ()), ())
+        raise document.error("is no number", place, remedy="give a finite number") from error
     folder = Path(path).absolute().parent
     return SweepFile(_beside(folder, spec), load_scene(folder / spec.scene), document)
+
+
+def _not_finite(value: Any, path: FieldPath) -> Iterator[FieldPath]:
+    """Find numbers that are none."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield path
+    parts = value.items() if isinstance(value, dict) else ()
+    for key, part in enumerate(value) if isinstance(value, list) else parts:
+        yield from _not_finite(part, (*path, key))
 
 
 def _beside(folder: Path, spec: SweepSpec) -> SweepSpec:
@@ -107,8 +120,8 @@ def _beside(folder: Path, spec: SweepSpec) -> SweepSpec:
 
 def _said(document: Document, error: ValidationError) -> InputError:
     found = error.errors(include_url=False)
-    first = min(found, key=lambda e: e["type"] != "extra_forbidden")
-    path = tuple(part for part in first["loc"] if part not in BRANCHES)
+    first = min(found, key=_oddness)
+    path = tuple(part for part in first["loc"] if not _is_branch(part))
     refusal = first.get("ctx", {}).get("error")
     if isinstance(refusal, InputError):
         inner = undotted(refusal.field) if refusal.field else ()
@@ -119,6 +132,20 @@ def _said(document: Document, error: ValidationError) -> InputError:
         problem += f", not {shown(first['input'])}"
     return document.error(_lower(problem), path, remedy=_remedy(path))
 
+
+def _oddness(error: Any) -> int:
+    """Rank errors: of a value that fits no branch of several, one says what is wrong."""
+    if error["type"] == "extra_forbidden":
+        return 0
+    return 2 if error["type"] in NOT_THIS_BRANCH else 1
+
+
+def _is_branch(part: int | str) -> bool:
+    """Say whether a part of a location names a branch of a union, or a check."""
+    return part in BRANCHES or str(part).startswith(("function-", "constrained-"))
+
+
+NOT_THIS_BRANCH = {"model_type", "model_attributes_type", "list_type", "string_type"}
 
 BRANCHES = {"RangeSpec", "list[any]", "constrained-list", "grid", "random", "sobol"} | {
     "latin_hypercube",

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from simtip.detect import process
 from simtip.errors import InputError
 from simtip.render import choose
 from simtip.spec import SceneSpec
@@ -109,8 +110,11 @@ class Done:
     rest: tuple[int, ...] = ()
 
 
-LONGEST_JOB_S = 6.0
+LONGEST_JOB_S = 4.0
 """After which a job comes back with what it has: rows shall not wait for long to be written."""
+
+PROGRAMS_SHARE = 0.45
+"""Of a trial's time, what a detector's program may take for one image."""
 
 _TURN = threading.Lock()
 """One job at a time in a process: threads of a cluster's worker share what is kept."""
@@ -153,6 +157,8 @@ def _workshop(setup: Setup) -> tuple[Plan, Stages]:
     scene = SceneSpec.model_validate_json(setup.scene, strict=True)
     plan = Plan(spec, scene, setup.allowed)
     backend = choose(setup.backend)
+    # Each view's program ends before the trial's time does, which would leave it running.
+    process.LONGEST_S = PROGRAMS_SHARE * setup.time_limit_s
     if setup.threads is not None:
         use_threads(setup.threads)
     cache = None if setup.cache is None else Cache(Path(setup.cache), setup.cache_bytes)

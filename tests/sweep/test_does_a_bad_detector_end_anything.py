@@ -1,9 +1,11 @@
 """Does a detector that crashes the process or never ends cost more than its own trials?"""
 
+import json
 import os
+import subprocess
 
 import pytest
-from small_sweeps import rows, run, summary, sweep_file
+from small_sweeps import command, rows, run, summary, sweep_file
 
 DETECTOR = """
 import os, signal, time
@@ -53,3 +55,76 @@ def test_code_in_a_sweep_file_is_not_run(tmp_path):
     file = sweep_file(tmp_path, detectors=["os:system"])
     said = run(file, tmp_path / "out", code=2)
     assert "may not start a program or import a module by itself" in said
+
+
+HOSTILE = """
+class Panic(BaseException):
+    pass
+
+def changes_the_image(image):
+    image.setflags(write=True)
+    image[...] = 0
+    return (50.0, 60.0)
+
+def panics(image):
+    raise Panic("not an Exception")
+
+def interrupts(image):
+    raise KeyboardInterrupt
+
+def prints(image):
+    print("GARBAGE")
+    return (50.0, 60.0)
+
+def reads(image):
+    return (float(open("answer.txt").read()), 60.0)
+"""
+
+
+@pytest.fixture
+def hostile(tmp_path, monkeypatch):
+    (tmp_path / "hostile.py").write_text(HOSTILE)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    return sweep_file(tmp_path, factors={})
+
+
+@pytest.mark.slow
+def test_none_changes_what_the_others_see(hostile, tmp_path):
+    options = ("--detector", "hostile:changes_the_image", "--detector", "lin2020")
+    summary(hostile, tmp_path / "out", *options)
+    found = rows(tmp_path / "out").set_index("detector")
+    assert found.status["lin2020"] == "ok"
+    assert "detector_error" in found.status["hostile:changes_the_image"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "status"), [("panics", "left_detector_error"), ("interrupts", "error")]
+)
+def test_what_is_no_exception_is_a_row_too(hostile, tmp_path, name, status):
+    summary(hostile, tmp_path / "out", "--detector", f"hostile:{name}")
+    assert rows(tmp_path / "out").status[0] == status
+
+
+@pytest.mark.slow
+def test_what_one_prints_is_no_result(hostile, tmp_path):
+    done = subprocess.run(
+        command(hostile, tmp_path / "out", "--json", "--detector", "hostile:prints"),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout)["done"] == 1
+    assert "GARBAGE" in done.stderr
+
+
+@pytest.mark.slow
+def test_one_that_reads_a_file_is_asked_again(hostile, tmp_path):
+    (tmp_path / "answer.txt").write_text("50")
+    options = ("--detector", "hostile:reads")
+    summary(hostile, tmp_path / "out", *options)
+    (tmp_path / "answer.txt").write_text("40")
+    summary(hostile, tmp_path / "again", *options)
+    one, other = (rows(tmp_path / name) for name in ("out", "again"))
+    assert one.left_error_u_px[0] - other.left_error_u_px[0] == pytest.approx(10)

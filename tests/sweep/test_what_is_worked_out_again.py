@@ -154,7 +154,7 @@ def test_damaged_entries_are_made_anew(tmp_path):
     stages = Stages(plan, cache, choose(), Limit(100.0))
     again = stages.row(plan.trial(0))
     assert stages.counts == {"light": 1, "images": 1, "measure": 1}
-    same = {"error_norm_mm", "left_error_u_px", "seed", "status", "key"}
+    same = {"error_norm_mm", "left_error_u_px", "noise_seed", "status", "key"}
     assert {name: again[name] for name in same} == {name: row[name] for name in same}
 
 

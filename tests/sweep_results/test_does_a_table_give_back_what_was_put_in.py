@@ -251,7 +251,7 @@ def test_a_folder_killed_before_its_head_was_there_is_begun_again(tmp_path):
 
 def test_the_fixed_columns_stand_about_the_factors():
     names = [column.name for column in COLUMNS]
-    assert names[:5] == ["key", "trial", "repeat", "seed", "detector"]
+    assert names[:5] == ["key", "trial", "repeat", "noise_seed", "detector"]
     assert names[5:9] == [factor.name for factor in FACTORS]
     assert names[9:11] == ["status", "reason"]
     assert [column for column in COLUMNS if column not in FACTORS] == list(FIXED)
@@ -260,7 +260,7 @@ def test_the_fixed_columns_stand_about_the_factors():
 @pytest.mark.parametrize(
     ("columns", "problem"),
     [
-        ((*FIXED, Column("seed", "int")), "two columns are named 'seed'"),
+        ((*FIXED, Column("noise_seed", "int")), "two columns are named 'noise_seed'"),
         (FIXED[1:], "no column 'key'"),
         ((Column("key", "int"), *FIXED[1:]), "no column 'key'"),
         ((*FIXED, Column("x", "list")), "kind"),

@@ -68,7 +68,7 @@ def test_a_formula_is_made_a_text_and_numbers_stay(tmp_path, formula):
 
 
 def test_a_name_of_a_column_is_no_formula_either(tmp_path):
-    frame = make(tmp_path, [row(0)]).frame().rename(columns={"seed": "=1+1"})
+    frame = make(tmp_path, [row(0)]).frame().rename(columns={"noise_seed": "=1+1"})
     assert "'=1+1" in to_csv(frame).splitlines()[0].split(",")
 
 
