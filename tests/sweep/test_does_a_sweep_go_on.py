@@ -155,3 +155,11 @@ def test_what_a_kill_leaves_before_there_is_a_table_is_no_stranger(tmp_path):
     (out / ".simtip-table-0123").write_bytes(b"half")
     _, done = open_table(out, plan, {}, retry_failed=False)
     assert not done.any()
+
+
+@pytest.mark.slow
+def test_the_scenes_own_seed_may_vary(tmp_path):
+    summary(sweep_file(tmp_path, factors={"seed": [1, 2]}), tmp_path / "out")
+    found = rows(tmp_path / "out")
+    assert list(found.seed) == [1, 2]
+    assert found.light_key.nunique() == found.noise_seed.nunique() == 2

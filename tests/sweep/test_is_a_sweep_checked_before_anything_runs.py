@@ -98,6 +98,22 @@ CASES = {
     "no repeats": ({"repeats": 0}, ["repeats"]),
     "a scene that is not there": ({"scene": "none.yaml"}, ["none.yaml"]),
     "a base that fits nothing": ({"base": {"sensor.gain": 1.0}}, ["sensor.gain", "did you mean"]),
+    "a number that is none": (
+        {"factors": {"lamps[0].power": [1.0, float("nan")]}},
+        ["sweep.yaml:5", "factors.lamps[0].power[1]: is no number; give a finite number"],
+    ),
+    "a step of nothing": (
+        {"factors": {"lamps[0].power": {"from": 1, "to": 2, "step": 0}}},
+        ["factors.lamps[0].power.step: has to be greater than 0"],
+    ),
+    "a list of nothing": (
+        {"factors": {"detect.threshold": []}},
+        ["factors.detect.threshold: ", "at least 1 item"],
+    ),
+    "a name in another spelling": (
+        {"factors": {"lamps[00].power": [1.0], "lamps[0].power": [2.0]}},
+        ["lamps[00].power: is no plain name; write it 'lamps[0].power'"],
+    ),
     "more trials than anyone wants": (
         {
             "factors": {
@@ -132,6 +148,24 @@ def test_on_the_command_line_it_is_exit_code_2_and_nothing_is_written(tmp_path, 
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "sweep.yaml:2" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--detector", ""], "--detector: is empty"),
+        (["--scheduler", "foo"], "--scheduler: 'foo' is no address; write e.g. tcp://host:8786"),
+        (["--scheduler", "tcp://a:1", "--workers", "2"], "--workers: is the cluster's affair"),
+    ],
+)
+def test_options_that_cannot_be(options, said, tmp_path):
+    file = tmp_path / "sweep.yaml"
+    scene_file(tmp_path)
+    file.write_text("scene: scene.yaml")
+    done = CliRunner().invoke(app, ["sweep", str(file), "-o", str(tmp_path / "out"), *options])
+    assert isinstance(done.exception, InputError)
+    assert said in str(done.exception)
     assert not (tmp_path / "out").exists()
 
 
