@@ -5,6 +5,7 @@ Either way it is a `concurrent.futures.Executor`, and all else does not know whi
 
 from __future__ import annotations
 
+import logging
 import re
 from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import Any
@@ -98,6 +99,9 @@ def _client(address: str) -> Any:
         raise InputError(
             "needs dask.distributed", field="--scheduler", remedy="pip install 'simtip[cluster]'"
         ) from error
+    for name in list(logging.root.manager.loggerDict):
+        if name.startswith("distributed"):  # what goes wrong is said in our words, in one line
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         return client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, ImportError) as error:

@@ -7,14 +7,14 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from small_sweeps import assert_same_rows, rows, summary, sweep_file
+from small_sweeps import assert_same_rows, command, rows, summary, sweep_file
 
 TRIALS = 32
 
 
 @contextmanager
 def cluster(folder):
-    """Run a scheduler and two worker processes of one thread; give the scheduler's address."""
+    """Run a scheduler and two workers of one thread; give the scheduler's address and process."""
     address = folder / "scheduler.json"
     environment = {**os.environ, "DASK_DISTRIBUTED__WORKER__DAEMON": "False"}
     common = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -36,7 +36,7 @@ def cluster(folder):
             time.sleep(0.2)
         import json
 
-        yield json.loads(address.read_text())["address"]
+        yield json.loads(address.read_text())["address"], started[0]
     finally:
         for process in reversed(started):
             process.terminate()
@@ -51,7 +51,7 @@ def test_one_worker_two_workers_and_a_cluster(tmp_path):
     found = {}
     found["one"] = summary(file, tmp_path / "one", "--workers", 1, cache=tmp_path / "c1")
     found["two"] = summary(file, tmp_path / "two", "--workers", 2, cache=tmp_path / "c2")
-    with cluster(tmp_path) as address:
+    with cluster(tmp_path) as (address, _):
         options = ("--scheduler", address)
         found["dask"] = summary(file, tmp_path / "dask", *options, cache=tmp_path / "c3")
     expected = {"light": 2, "images": 8, "measure": TRIALS}
@@ -71,3 +71,27 @@ def test_no_scheduler_is_one_line(tmp_path):
     file = sweep_file(tmp_path)
     said = run(file, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1", code=2)
     assert "no scheduler answers at tcp://127.0.0.1:1" in said
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on(tmp_path):
+    pytest.importorskip("distributed", reason="comes with simtip[cluster]")
+    file, out = sweep_file(tmp_path, repeats=30), tmp_path / "out"
+    with cluster(tmp_path) as (address, scheduler):
+        options = ("--scheduler", address)
+        process = subprocess.Popen(
+            command(file, out, *options),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        while not list(out.glob("rows/*.parquet")):
+            time.sleep(0.1)
+        scheduler.kill()
+        said = process.communicate(timeout=120)[1]
+    assert process.returncode == 2
+    assert said.count("\n") == 1
+    assert "the cluster gave up" in said
+    done = summary(file, out)
+    assert done["found"] > 0
+    assert done["found"] + done["done"] == 30 * TRIALS
