@@ -13,7 +13,7 @@ from typing import Any
 from simtip.errors import InputError
 from simtip.sweep.processes import Processes
 
-CONNECT_S = 20
+CONNECT_S = 10
 ADDRESS = re.compile(r"(?:[a-z]+://)?[^/\s]+:\d{1,5}/?")
 
 
