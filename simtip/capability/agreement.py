@@ -24,6 +24,10 @@ from simtip.capability.regression import (
 SHAPIRO_MOST = 5000
 """Above so many values Shapiro and Wilk's p value is not to be trusted."""
 
+FEW_PAIRS = 20
+FEW = "the interval of Lin's concordance holds the truth in 92 to 94 of 100 cases with so few pairs"
+"""Found by simulation for a 95 % interval: Lin's variance is that of many pairs."""
+
 
 @dataclass(frozen=True)
 class Agreement:
@@ -148,7 +152,11 @@ def assess_agreement(
         pearson_r=r,
         pearson_r_ci=None if r is None else correlation_interval(r, len(y), level),
         concordance=None if r is None else concordance(y, x, level),
-        notes=(*limits.notes, *_notes(normality, repeated=true_value is not None, ignored=ignored)),
+        notes=(
+            *limits.notes,
+            *_notes(normality, repeated=true_value is not None, ignored=ignored),
+            *([FEW] if len(y) < FEW_PAIRS else []),
+        ),
     )
 
 

@@ -115,11 +115,12 @@ def analyse(values: ArrayLike, level: float = 0.95, pool_above: float = POOL_ABO
     pooled = chance is not None and chance > pool_above
     if pooled:
         rest = Row("repeatability", interaction.ss + error.ss, interaction.freedom + error.freedom)
-        components = _without_interaction(part.square, operator.square, rest.square, (p, o, r), level)
+        squares = (part.square, operator.square, rest.square)
+        components = _without_interaction(squares, (p, o, r), level)
         noise = replace(rest, source="repeatability, pooled")
     else:
-        squares = (part.square, operator.square, interaction.square, error.square)
-        components = _with_interaction(squares, (p, o, r), level)
+        kept = (part.square, operator.square, interaction.square, error.square)
+        components = _with_interaction(kept, (p, o, r), level)
         noise = interaction
     rows = [_against(row, noise) for row in (part, operator)]
     rows += [replace(interaction, f=f, p=chance, against="repeatability"), error]
@@ -191,12 +192,11 @@ def _with_interaction(
 
 
 def _without_interaction(
-    part: MeanSquare,
-    operator: MeanSquare,
-    error: MeanSquare,
+    squares: tuple[MeanSquare, MeanSquare, MeanSquare],
     shape: tuple[int, int, int],
     level: float,
 ) -> Components:
+    part, operator, error = squares
     p, o, r = shape
     raw = {
         "part": (part.value - error.value) / (o * r),

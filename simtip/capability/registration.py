@@ -74,7 +74,7 @@ class Registration:
         return moved
 
     def tre_covariance(self, point: ArrayLike) -> Array:
-        """Give the covariance (3, 3), mm^2, that the registration leaves a target point (3,) with."""
+        """Give the covariance (3, 3), mm^2, that it leaves a target point (3,) with."""
         q = np.asarray(point, dtype=np.float64) - self.centroid
         cross = np.array([[0, q[2], -q[1]], [-q[2], 0, q[0]], [q[1], -q[0], 0]])
         whole = self.covariance

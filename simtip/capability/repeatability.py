@@ -1,4 +1,4 @@
-"""How well a measurement repeats: pooled standard deviation and the precision-to-tolerance ratio."""
+"""How well a measurement repeats: pooled standard deviation, and its share of the tolerance."""
 
 from __future__ import annotations
 
