@@ -46,7 +46,7 @@ def test_cardiac_output_of_bland_and_altman_2007_true_value_varies():
     within, between = 0.170714026, (4.2090856 - 0.170714026) / 4.9818182
     assert found.bias == pytest.approx(0.6021667, abs=5e-8)
     assert found.within_sd**2 == pytest.approx(within, abs=5e-8)  # theirs is single precision
-    assert found.between_sd**2 == pytest.approx(between, abs=1e-7)
+    assert found.between_sd**2 == pytest.approx(between, abs=2e-7)
     assert found.sd == pytest.approx(0.99062408, abs=1e-7)
     # Their limits take 1.96 for the quantile.
     assert found.bias - 1.96 * found.sd == pytest.approx(-1.3394565, abs=1e-6)

@@ -186,7 +186,8 @@ def test_of_a_gauge_study(shape, part, operator, interaction, noise):
 
     # If there is no interaction, those that are kept have been kept for being large.
     chosen = (0.85, 1.0) if interaction == 0 else (0.93, 0.985)
-    check(experiment, special={"percent": (0.93, 0.985), "interaction": chosen})
+    wide = {"percent": (0.93, 0.985), "total": (0.93, 0.98), "interaction": chosen}
+    check(experiment, special=wide)
 
 
 def test_of_a_registration():
