@@ -19,6 +19,7 @@ from simtip.capability.repeatability import MULTIPLIER, Repeatability, assess_re
 from simtip.capability.table import Table
 
 LEAST_ROWS = 3
+NO_STEPS = "there is no r2_step: the steps of one column do not vary, or are fewer than 3"
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,8 @@ def report_on(table: Table, settings: Settings | None = None) -> Report:
         accuracy = _accuracy(table, moved, chosen)
         agreement = _agreement(table, moved, chosen)
         notes += _origin_note(table, chosen)
+        if accuracy.r2_step is None:
+            notes.append(NO_STEPS)
     repeatability, of_errors = _repeatability(table, chosen, left_out)
     return Report(
         table=table,

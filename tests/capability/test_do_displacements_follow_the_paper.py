@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -16,7 +17,7 @@ READINGS = [10.0, 12.0, 14.0, 13.0]
 
 def test_distances_are_euclidean_and_the_lasers_absolute():
     found = vision_displacements(POINTS)
-    expected = [math.dist(a, b) for a, b in zip(POINTS, POINTS[1:], strict=False)]
+    expected = [math.dist(a, b) for a, b in itertools.pairwise(POINTS)]
     assert found.tolist() == pytest.approx(expected, abs=1e-12)
     assert laser_displacements(READINGS).tolist() == [2, 2, 1]
     errors = displacement_errors(found, laser_displacements(READINGS))

@@ -20,8 +20,13 @@ CASES = {
     "empty file": ("", ": is empty"),
     "only blank": ("\n\n", ":1: has a header at most, and no row"),
     "only header": ("reference,measured\n", ":1: has a header at most"),
-    "no measured": ("reference,vision\n1,2\n", ":1: measured: there is no column 'measured'; the "
-                    "header has 'reference', 'vision': say --column measured=HEADER"),
+    "no measured": (
+        "reference,vision\n1,2\n",
+        (
+            ":1: measured: there is no column 'measured'; the "
+            "header has 'reference', 'vision': say --column measured=HEADER"
+        ),
+    ),
     "measured twice": ("measured,Measured,measured\n1,2,3\n", ":1: measured: there are 2 columns"),
     "missing": ("reference,measured\n1,1.1\n2,\n3,3\n", ":3: measured: the value is missing; fill"),
     "missing label": ("part,measured\na,1\n,2\nb,3\n", ":3: part: the value is missing"),
@@ -31,28 +36,42 @@ CASES = {
     "inf": ("reference,measured\n1,1.1\n-inf,2\n3,3\n", ":3: reference: '-inf' is not finite"),
     "overflow": ("measured\n1\n1e400\n3\n", ":3: measured: '1e400' is larger than 1e+30"),
     "python number": ("measured\n1\n1_0\n3\n", ":3: measured: '1_0' is no number"),
-    "other digits": ("measured\n1\n\u0661\n3\n", ":3: measured: '\\u0661' is no number"),
+    "other digits": ("measured\n1\n\u0661\n3\n", ":3: measured: '\u0661' is no number"),
     "formula": ("measured\n1\n=1+1\n3\n", ":3: measured: '=1+1' is no number"),
-    "decimal comma": ("reference;measured\n1;1,1\n2;2\n3;3\n", ":2: measured: '1,1' has a decimal "
-                      "comma; write a decimal point"),
-    "decimal comma, quoted": ('reference,measured\n1,"1,1"\n2,2\n', ":2: measured: '1,1' has a dec"),
-    "decimal commas between commas": ("reference,measured\n1,0,1,1\n", ":2: has 4 cells, and the "
-                                      "header 2; give every row one cell a column, with a decimal"),
+    "decimal comma": (
+        "reference;measured\n1;1,1\n2;2\n3;3\n",
+        (":2: measured: '1,1' has a decimal comma; write a decimal point"),
+    ),
+    "decimal comma, quoted": ('reference,measured\n1,"1,1"\n2,2\n', ":2: measured: '1,1' has a"),
+    "decimal commas between commas": (
+        "reference,measured\n1,0,1,1\n",
+        (":2: has 4 cells, and the header 2; give every row one cell a column, with a decimal"),
+    ),
     "cell too few": ("reference,measured\n1,1\n2\n", ":3: has 1 cells, and the header 2"),
     "bad quotes": ('reference,measured\n1,1\n2,"2"x\n', ":3: is no CSV"),
     "open quotes": ('reference,measured\n1,1\n2,"2\n3,3\n', ":3: is no CSV"),
     "two rows": ("reference,measured\n1,1\n2,2.5\n", ":3: measured: 2 rows are too few"),
-    "measured constant": ("reference,measured\n1,2\n2,2\n3,2\n", ":2: measured: all values, to "
-                          "line 4, are 2: nothing varies"),
+    "measured constant": (
+        "reference,measured\n1,2\n2,2\n3,2\n",
+        (":2: measured: all values, to line 4, are 2: nothing varies"),
+    ),
     "reference constant": ("reference,measured\n2,1\n2,2\n2,3\n", ":2: reference: all values, to"),
-    "same trial": (GOOD + ROWS + "2,y,2,2,2.2\n", ":10: trial: part '2', operator 'y', trial '2' "
-                   "is on line 9 already"),
-    "missing cell": (GOOD + ROWS.replace("2,x,1,2,2.12\n", "").replace("2,x,2,2,2.24\n", ""),
-                     ":6: part: operator 'x' measured part '2' 0 times, others were measured 2 "
-                     "times: gauge R&R needs equal numbers"),
-    "unbalanced": (GOOD + ROWS.replace("2,y,2,2,2.24\n", ""), ":6: part: operator 'y' measured "
-                   "part '2' once, others"),
-}  # fmt: skip
+    "same trial": (
+        GOOD + ROWS + "2,y,2,2,2.2\n",
+        (":10: trial: part '2', operator 'y', trial '2' is on line 9 already"),
+    ),
+    "missing cell": (
+        GOOD + ROWS.replace("2,x,1,2,2.12\n", "").replace("2,x,2,2,2.24\n", ""),
+        (
+            ":6: part: operator 'x' measured part '2' 0 times, others were measured 2 "
+            "times: gauge R&R needs equal numbers"
+        ),
+    ),
+    "unbalanced": (
+        GOOD + ROWS.replace("2,y,2,2,2.24\n", ""),
+        (":6: part: operator 'y' measured part '2' once, others"),
+    ),
+}
 
 
 @pytest.mark.parametrize("name", CASES)
