@@ -167,9 +167,11 @@ def _heteroscedasticity(d: Array, mean: Array, line: Regression | None) -> float
 
 
 def _normality(d: Array) -> float | None:
-    if not 3 <= len(d) <= SHAPIRO_MOST or spread(d) == 0:
+    sd = spread(d)
+    if not 3 <= len(d) <= SHAPIRO_MOST or sd == 0:
         return None
-    return float(stats.shapiro(d).pvalue)
+    # SciPy takes very small numbers for equal ones.
+    return float(stats.shapiro((d - d.mean()) / sd).pvalue)
 
 
 def _notes(normality: float | None, *, repeated: bool, ignored: bool) -> list[str]:

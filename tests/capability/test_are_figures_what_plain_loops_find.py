@@ -18,7 +18,7 @@ from simtip.capability import (
 )
 from simtip.capability.accuracy import identity_r2
 from simtip.capability.concordance import concordance
-from simtip.capability.gauge_anova import analyse
+from simtip.capability.gauge_anova import analyse, percent_of_total
 from simtip.capability.interval import Interval, mover
 from simtip.capability.limits import repeated_limits, single_limits
 from simtip.capability.mean_squares import (
@@ -173,6 +173,34 @@ def test_repeated_limits_of_one_pair_more_are_those_of_a_loop(true_value):
     assert bool(found.notes) == (between < 0)
 
 
+@pytest.mark.parametrize("true_value", ["varies", "constant"])
+def test_intervals_of_repeated_limits_are_zous_sum_of_squares(true_value):
+    rng = np.random.default_rng(12)
+    who = np.repeat(np.arange(7), 4)
+    x = rng.normal(0, 0.4, 28)
+    y = x + rng.normal(0, 1, 7)[who] + rng.normal(0, 0.4, 28)
+    found = repeated_limits(y, x, who.tolist(), true_value=true_value)
+
+    def within(v):
+        return sum(((v[who == k] - v[who == k].mean()) ** 2).sum() for k in range(7)) / 21
+
+    means = [(y - x)[who == k].mean() for k in range(7)]
+    terms = [(np.var(means, ddof=1), 6)]
+    terms += [(0.75 * within(v), 21) for v in ((y - x,) if true_value == "varies" else (x, y))]
+    total = sum(term for term, _ in terms)
+
+    def end(p):
+        far = [term * (freedom / stats.chi2.ppf(p, freedom) - 1) for term, freedom in terms]
+        return total + math.copysign(math.sqrt(sum(v**2 for v in far)), 0.5 - p)
+
+    z, middle = stats.norm.ppf(0.975), math.sqrt(total)
+    place = z * math.sqrt(terms[0][0] / 7)
+    out, back = (math.hypot(place, z * (math.sqrt(end(p)) - middle)) for p in (0.025, 0.975))
+    assert found.sd == pytest.approx(middle, **EXACT)
+    assert found.upper_ci.to_list() == pytest.approx([found.upper - back, found.upper + out])
+    assert found.lower_ci.to_list() == pytest.approx([found.lower - out, found.lower + back])
+
+
 def test_both_weightings_are_one_if_numbers_are_equal():
     rng = np.random.default_rng(1)
     y, x = rng.normal(0, 1, (2, 30))
@@ -289,6 +317,36 @@ def test_an_interval_begins_at_0_exactly_where_the_f_test_does():
     assert difference_interval(MeanSquare(0.3 * F, 9), small, 0.95).high == pytest.approx(
         0, abs=1e-8
     )
+
+
+@pytest.mark.parametrize("pooled", [True, False])
+def test_the_ratio_of_parts_to_gauge_is_burdicks_borrors_and_montgomerys(pooled):
+    """Their table of MLS bounds, with the pooled error in the interaction's place if it is."""
+    rng = np.random.default_rng(2)
+    p, o, r = 8, 4, 3
+    y = rng.normal(0, 3, (p, 1, 1)) + rng.normal(0, 0.5, (1, o, 1))
+    y = y + rng.normal(0, 0.5, (p, o, 1)) + rng.normal(0, 1, (p, o, r))
+    found = analyse(y, pool_above=-1 if pooled else 1)
+    table = {row.source: row.square for row in found.rows}
+    assert found.pooled == pooled
+    if pooled:
+        error = both = table["repeatability, pooled"]
+        rest = (p * r - 1) * error.value
+    else:
+        both, error = table["part x operator"], table["repeatability"]
+        rest = (p - 1) * both.value + p * (r - 1) * error.value
+    part, operator = table["part"], table["operator"]
+    ends = []
+    for tail, quantile in ((0.975, 0.975), (0.025, 0.025)):
+        G = (p - 1) / stats.chi2.ppf(quantile, p - 1)
+        above = p * G * (part.value - stats.f.ppf(tail, p - 1, both.freedom) * both.value)
+        F = stats.f.ppf(tail, p - 1, o - 1)
+        ends.append(above / (o * (rest + G * F * operator.value)))
+    assert found.components.part_to_gauge.to_list() == pytest.approx(ends, rel=1e-9)
+    low, high = percent_of_total(found.components.part_to_gauge).to_list()
+    assert [low, high] == pytest.approx([100 / math.sqrt(1 + end) for end in ends[::-1]])
+    c = found.components
+    assert low < 100 * math.sqrt(c.gauge / c.total) < high
 
 
 def test_an_interval_of_one_mean_square_is_chi_squares():
