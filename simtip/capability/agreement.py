@@ -12,7 +12,7 @@ from scipy import stats
 
 from simtip.capability.concordance import Concordance, concordance
 from simtip.capability.interval import Array, Interval, ends, paired, spread
-from simtip.capability.limits import Limits, TrueValue, repeated_limits, single_limits
+from simtip.capability.limits import Limits, single_limits
 from simtip.capability.regression import (
     Regression,
     breusch_pagan,
@@ -20,6 +20,7 @@ from simtip.capability.regression import (
     correlation_interval,
     regress,
 )
+from simtip.capability.repeated_limits import TrueValue, repeated_limits
 
 SHAPIRO_MOST = 5000
 """Above so many values Shapiro and Wilk's p value is not to be trusted."""

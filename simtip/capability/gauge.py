@@ -8,11 +8,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from simtip.capability.gauge_anova import POOL_ABOVE, Anova, analyse, percent_of_total
+from simtip.capability.gauge_anova import POOL_ABOVE, Anova, analyse
 from simtip.capability.gauge_design import balanced
 from simtip.capability.gauge_ranges import RangeStudy, distinct_categories, study_ranges
 from simtip.capability.interval import Interval, ends
 from simtip.capability.repeatability import MULTIPLIER
+from simtip.capability.variance_components import percent_of_total
 
 NAMES = {
     "ev": "repeatability",

@@ -13,9 +13,9 @@ from simtip.capability.agreement import Agreement, assess_agreement
 from simtip.capability.gauge import Gauge, assess_gauge
 from simtip.capability.gauge_design import crossed
 from simtip.capability.interval import spread
-from simtip.capability.limits import TrueValue
 from simtip.capability.motion import Kind, Motion, motion
 from simtip.capability.repeatability import MULTIPLIER, Repeatability, assess_repeatability
+from simtip.capability.repeated_limits import TrueValue
 from simtip.capability.table import Table
 
 LEAST_ROWS = 3

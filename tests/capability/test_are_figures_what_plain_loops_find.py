@@ -18,9 +18,9 @@ from simtip.capability import (
 )
 from simtip.capability.accuracy import identity_r2
 from simtip.capability.concordance import concordance
-from simtip.capability.gauge_anova import analyse, percent_of_total
+from simtip.capability.gauge_anova import analyse
 from simtip.capability.interval import Interval, mover
-from simtip.capability.limits import repeated_limits, single_limits
+from simtip.capability.limits import single_limits
 from simtip.capability.mean_squares import (
     MeanSquare,
     difference_interval,
@@ -28,6 +28,8 @@ from simtip.capability.mean_squares import (
     sum_interval,
 )
 from simtip.capability.regression import breusch_pagan, regress
+from simtip.capability.repeated_limits import repeated_limits
+from simtip.capability.variance_components import percent_of_total
 
 EXACT = {"rel": 1e-10, "abs": 1e-12}
 

@@ -12,7 +12,8 @@ from simtip.capability import assess_agreement, assess_gauge, assess_repeatabili
 from simtip.capability.d2_star import d2_star, range_moments
 from simtip.capability.gauge_anova import analyse
 from simtip.capability.gauge_ranges import from_ranges, study_ranges
-from simtip.capability.limits import exact_factors, repeated_limits, single_limits
+from simtip.capability.limits import exact_factors, single_limits
+from simtip.capability.repeated_limits import repeated_limits
 
 
 def test_peak_flow_of_bland_and_altman_1986():

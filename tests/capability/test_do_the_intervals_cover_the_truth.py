@@ -14,14 +14,16 @@ from scipy import stats
 
 from simtip.capability import assess_repeatability, register, summarise_errors
 from simtip.capability.concordance import concordance
-from simtip.capability.gauge_anova import analyse, percent_of_total
-from simtip.capability.limits import repeated_limits, single_limits
+from simtip.capability.gauge_anova import analyse
+from simtip.capability.limits import single_limits
 from simtip.capability.regression import (
     breusch_pagan,
     correlation,
     correlation_interval,
     regress,
 )
+from simtip.capability.repeated_limits import repeated_limits
+from simtip.capability.variance_components import percent_of_total
 
 pytestmark = pytest.mark.slow
 

@@ -16,8 +16,9 @@ from simtip.capability import (
     summarise_errors,
 )
 from simtip.capability.gauge_anova import analyse
-from simtip.capability.limits import repeated_limits, single_limits
+from simtip.capability.limits import single_limits
 from simtip.capability.regression import correlation_interval, regress
+from simtip.capability.repeated_limits import repeated_limits
 
 X = np.array([2.1, 4.3, 6.2, 8.4, 10.7])
 
