@@ -17,6 +17,7 @@ from simtip.cli.detect import detect
 from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
 from simtip.cli.errors import INTERRUPTED, ClickError, fail, usage
+from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
 from simtip.cli.remix import remix
@@ -53,7 +54,7 @@ def _root(
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     *(run, render, remix, measure, detect, sweep, results),
-    *(rig, boards, calibrate, camera, bound, doctor, schema),
+    *(rig, boards, calibrate, camera, mca, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
 

@@ -88,6 +88,10 @@ def test_the_commands_run_as_written(tmp_path, scene, monkeypatch):
     (tmp_path / "SCENE2").write_text(dimmed, encoding="utf-8")
     sweep = {"scene": "SCENE", "factors": {"detect.threshold": [90, 105]}}
     (tmp_path / "SWEEP").write_text(yaml.safe_dump(sweep), encoding="utf-8")
+    rows = [f"{p},{o},{t},{2 * p},{2 * p + 0.29 + 0.01 * t + 0.02 * o}"
+            for p in range(1, 6) for o in range(2) for t in range(3)]  # fmt: skip
+    table = "\n".join(["part,operator,trial,reference,measured", *rows])
+    (tmp_path / "CSV").write_text(table, encoding="utf-8")
     monkeypatch.setenv("SIMTIP_CACHE", str(tmp_path / "cache"))
     (tmp_path / "BOARDS").write_text(dump_scene(quarter(scene)), encoding="utf-8")
     simtip = [sys.executable, "-m", "simtip"]
