@@ -137,6 +137,7 @@ def _run(
     from simtip.sweep.resuming import alone, open_table
     from simtip.sweep.running import run_sweep
     from simtip.sweep.speeds import keep_speeds
+    from simtip.sweep.work import Job, run_job
 
     about = {
         **environment(),
@@ -144,6 +145,7 @@ def _run(
         "sweep": setup.sweep,
         "scene": setup.scene,
     }
+    workers = min(workers, len(plan))
     pool = Pool(workers, scheduler)
     if pool.local:
         renders = max(1, -(-len(plan) // plan.block))
@@ -154,6 +156,7 @@ def _run(
         )
     try:
         with alone(out):
+            pool.get_ready(run_job, Job(setup, ()))
             table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
             table.compact()
             before = int(done.sum())

@@ -8,10 +8,15 @@ from __future__ import annotations
 import logging
 import re
 from concurrent.futures import BrokenExecutor, Executor, Future
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from simtip.errors import InputError
 from simtip.sweep.processes import Processes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from simtip.sweep.work import Done, Job
 
 CONNECT_S = 10
 ADDRESS = re.compile(r"(?:[a-z]+://)?[^/\s]+:\d{1,5}/?")
@@ -46,16 +51,29 @@ class Pool:
         self._client = None if scheduler is None else _client(scheduler)
         self.workers = workers if self._client is None else max(1, len(_workers(self._client)))
         self.most_jobs = self.workers if self.local else 2 * self.workers
+        self._ready: Executor | None = None
+
+    def get_ready(self, work: Callable[[Job], Done], job: Job) -> None:
+        """Let processes of this machine start, and do a job that makes them ready for others."""
+        if self.local:
+            self._ready = self.executor()
+            for _ in range(self.workers):
+                self._ready.submit(work, job)
 
     def executor(self) -> Executor:
-        """Give a new executor; processes of this machine ignore Ctrl-C and end with this one."""
+        """Give an executor; processes of this machine ignore Ctrl-C and end with this one."""
+        if self._ready is not None:
+            ready, self._ready = self._ready, None
+            return ready
         if self._client is not None:
             made: Executor = self._client.get_executor(pure=False, retries=0)
             return made
         return Processes(self.workers)
 
     def close(self) -> None:
-        """Leave the cluster."""
+        """Leave the cluster, or end processes that nobody has asked for."""
+        if self._ready is not None:
+            stop(self._ready)
         if self._client is not None:
             self._client.close()
 

@@ -169,7 +169,6 @@ class _Run:
         self._todo: deque[list[int]] = deque()
         self._pending: dict[Future[Done], Job] = {}
         self._executor = pool.executor()
-        self._handed_out = 0
         self._numbers = itertools.count()
         self._crashes = Crashes(setup.time_limit_s)
         self._notes = _empty_folder((table.folder / NOTES).absolute())
@@ -215,15 +214,12 @@ class _Run:
         self._flush(0)
 
     def _hand_out(self) -> None:
-        """Keep the workers busy; one that has to wait for light gets ready meanwhile."""
+        """Keep the workers busy."""
         while len(self._pending) < self._pool.most_jobs:
             job = self._next()
             if job is None:
-                if self._handed_out >= self._pool.workers or not self._pending:
-                    return
-                job = Job(self._setup, ())
+                return
             self._pending[self._executor.submit(self._work, job)] = job
-            self._handed_out += 1
 
     def _next(self) -> Job | None:
         """Give the next job; trials whose light is being rendered wait."""
@@ -289,8 +285,6 @@ class _Run:
 
     def _lost(self, job: Job, code: int | None) -> None:
         """Hand out again what a process that died was at, but not the trial that is to blame."""
-        if not job.trials:
-            return
         if job.only_light:
             block = self._block(job.trials)
             if self._light_tries[block] < MOST_LIGHT_TRIES:
@@ -306,7 +300,7 @@ class _Run:
 
     def _done(self, job: Job, found: Done, *, timed: bool = True) -> None:
         self.tally.counts.update(found.counts)
-        if job.only_light or not job.trials:
+        if job.only_light:
             self.tally.spent.add([{"render_s": found.render_s}])
             return
         if found.rest:
