@@ -70,13 +70,14 @@ def test_of_a_worker(undisturbed, tmp_path):
     file, expected = undisturbed
     rng = np.random.default_rng(2)
     out, cache = tmp_path / "out", tmp_path / "cache"
-    killed = 0
+    killed = begun = 0
     process = started(file, out, cache)
     while killed < KILLS:
         time.sleep(rng.uniform(0.5, 4))
         if process.poll() is not None:  # it came to its end meanwhile: from the beginning
             assert process.returncode == 0
-            out, cache = tmp_path / f"out{killed}", tmp_path / f"cache{killed}"
+            begun += 1
+            out, cache = tmp_path / f"out{begun}", tmp_path / f"cache{begun}"
             process = started(file, out, cache)
             continue
         workers = workers_of(process)
