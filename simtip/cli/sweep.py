@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simtip.cli.errors import INTERRUPTED, as_option, fail
+from simtip.cli.errors import INTERRUPTED, fail
 from simtip.cli.options import BackendOption, JsonOption
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
@@ -56,7 +55,9 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Vary a scene and its detectors, and measure every combination."""
+    from simtip.sweep.campaign import Means, carry_out, prepare
     from simtip.sweep.plan import Plan
+    from simtip.sweep.resuming import rows_of
     from simtip.sweep.sweep_file import read_sweep
 
     if any(not one.strip() for one in detector or ()):
@@ -76,11 +77,17 @@ def sweep(
             raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
         raise source.located(error) from error
     try:
-        setup = _setup(plan, backend, cache, cache_size, time_limit)
+        means = Means(workers, scheduler, backend, cache, cache_size, time_limit)
+        setup = prepare(plan, means)
         if dry_run:
-            _foretell(plan, setup, workers or _cores(), out, as_json=as_json)
+            _foretell(plan, setup, means.local_workers, out, as_json=as_json)
             return
-        tally = _run(plan, setup, out, workers or _cores(), scheduler, retry_failed=retry_failed)
+        tally = carry_out(plan, setup, out, means, retry_failed=retry_failed)
+    except KeyboardInterrupt:
+        fail(
+            f"interrupted with {rows_of(out)} of {len(plan)} trials done; the same command goes on",
+            INTERRUPTED,
+        )
     except InputError as error:
         if (error.field or "-").startswith("-"):
             raise
@@ -90,106 +97,6 @@ def sweep(
         print_json({"out": str(out), **said})
     else:
         say(_in_words(said, out))
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _setup(
-    plan: Plan, backend: str | None, cache: Path | None, cache_size: str, time_limit: float
-) -> Setup:
-    from simtip.render import choose
-    from simtip.sweep.cache import Cache, default_folder
-    from simtip.sweep.resuming import as_json as data_of
-    from simtip.sweep.sizes import parse_size
-    from simtip.sweep.work import Setup
-
-    with as_option("--cache-size"):
-        limit = parse_size(cache_size)
-    folder = default_folder() if cache is None else cache
-    if limit and cache is not None:
-        Cache(folder, limit).check()
-    sweep, scene = data_of(plan)
-    kept = str(folder.absolute()) if limit else None
-    chosen = choose(backend)
-    return Setup(
-        *(sweep, scene, plan.allowed, chosen.name, kept, limit, float(time_limit)),
-        code=plan.code(chosen.variant),
-    )
-
-
-def _run(
-    plan: Plan,
-    setup: Setup,
-    out: Path,
-    workers: int,
-    scheduler: str | None,
-    *,
-    retry_failed: bool,
-) -> Tally:
-    from dataclasses import replace
-
-    from simtip.provenance import environment
-    from simtip.sweep.forecast import megapixels_of
-    from simtip.sweep.pool import Pool
-    from simtip.sweep.progress import progress
-    from simtip.sweep.resuming import alone, open_table
-    from simtip.sweep.running import run_sweep
-    from simtip.sweep.speeds import keep_speeds
-    from simtip.sweep.work import Job, run_job
-
-    about = {
-        **environment(),
-        "backend": setup.backend,
-        "sweep": setup.sweep,
-        "scene": setup.scene,
-    }
-    workers = min(workers, len(plan))
-    pool = Pool(workers, scheduler)
-    if pool.local:
-        renders = max(1, -(-len(plan) // plan.block))
-        setup = replace(
-            setup,
-            threads=max(1, _cores() // workers),
-            light_threads=max(1, _cores() // min(workers, renders)),
-        )
-    try:
-        with alone(out):
-            pool.get_ready(run_job, Job(setup, ()))
-            table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
-            table.compact()
-            before = int(done.sum())
-            with progress(len(plan)) as report:
-                try:
-                    tally = run_sweep(
-                        plan,
-                        table,
-                        setup,
-                        pool,
-                        done=lambda number: bool(done[number]),
-                        report=report,
-                        before=before,
-                    )
-                except KeyboardInterrupt:
-                    kept = len(table.keys())
-                    fail(
-                        f"interrupted with {kept} of {len(plan)} trials done; "
-                        "the same command goes on",
-                        INTERRUPTED,
-                    )
-            table.compact()
-            keep_speeds(setup.cache, tally.spent.means(megapixels_of(plan)))
-            return tally
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(
-            f"cannot be written ({reason})",
-            file=out,
-            remedy="free some space and give the same command: it goes on",
-        ) from error
-    finally:
-        pool.close()
 
 
 def summary_of(tally: Tally) -> dict[str, Any]:

@@ -48,7 +48,7 @@ RUNS_ON = {
 }
 """Libraries of which every version may give other bits."""
 
-NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards"}
+NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards", "experiment"}
 
 NOT_OWN = {"__pycache__", "site-packages", "node_modules"}
 
