@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from simtip.budget.causes import WITHOUT, Cause, present
-from simtip.budget.errors import FROM_START, POSITION, STEP, Errors, Truth
+from simtip.budget.errors import Errors, Truth
 from simtip.budget.observed import Order, observe
 from simtip.budget.rigs import rigs_of
 from simtip.budget.shares import Shares, rank, split
@@ -30,12 +30,6 @@ from simtip.sweep.resuming import alone
 RESULT = "budget.json"
 REPLICATES = 5
 LEAST_PLACES = 2
-
-TITLES = {
-    POSITION: "absolute position",
-    STEP: "displacement, from one position to the next",
-    FROM_START: "displacement, from the start",
-}
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,9 +56,14 @@ def budget(
             allowed=() if detector is None else (detector,),
             said=say_aside,
         )
+        if out is not None:
+            from simtip.budget.figure import budget_figure
+            from simtip.output_folder import write_atomically
+
+            write_atomically(folder / "budget.png", budget_figure(done))
     result = done.to_dict()
     if as_json:
         print_json(result)
         return
     show_budget(result)
-    say_where(out, "budget.json, sweeps/")
+    say_where(out, "budget.png, budget.json")

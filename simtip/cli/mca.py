@@ -132,12 +132,16 @@ def mca(
             retry_failed=retry_failed,
             said=say_aside,
         )
+        if out is not None:
+            from simtip.experiment.figures import write_figures
+
+            write_figures(folder, done.capability)
     result = done.to_dict()
     if as_json:
         print_json(result)
         return
     show_experiment(result)
-    say_where(out, "mca.json, measurements.csv, sweeps/")
+    say_where(out, "mca.json, measurements.csv, accuracy.png, agreement.png, ..")
 
 
 def _refuse_strangers(context: typer.Context, *, of_file: bool) -> None:

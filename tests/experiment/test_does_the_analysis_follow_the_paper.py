@@ -166,8 +166,11 @@ def test_each_distinct_place_is_one_render(scene):
 
 
 def test_a_stroke_out_of_the_picture_is_refused_before_anything_runs(scene):
-    far = experiment(scene, stage=StageSpec(direction=(1, 0, 0), stroke_mm=(100, 1, 1)),
-                     schedule=ScheduleSpec(registration=None, step_mm=7))
+    far = experiment(
+        scene,
+        stage=StageSpec(direction=(1, 0, 0), stroke_mm=(100, 1, 1)),
+        schedule=ScheduleSpec(registration=None, step_mm=7),
+    )
     with pytest.raises(InputError, match="out of the right image") as caught:
         series_of(far, 1)
     assert caught.value.field == "experiment.stage.origin_mm"

@@ -63,9 +63,7 @@ def test_play_of_the_needle_is_unseen_by_the_carriage(play):
 
 def test_single_steps_turn_round_before_each():
     ends = np.stack([STEPS[:-1], STEPS[1:]], axis=1)
-    motion = drive(
-        StageSpec(needle_play_mm=-0.29, resolution_mm=0), ends, np.random.default_rng(0)
-    )
+    motion = drive(StageSpec(needle_play_mm=-0.29, resolution_mm=0), ends, np.random.default_rng(0))
     assert np.diff(motion.needle_mm, axis=1) == pytest.approx(2.29)
 
 
