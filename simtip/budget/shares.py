@@ -79,7 +79,7 @@ def subsets(causes: int) -> list[Subset]:
 
 
 def _shapley(values: Mapping[Subset, Array], cause: int, causes: int) -> Array:
-    share = np.zeros_like(values[frozenset()])
+    share = np.zeros(values[frozenset()].shape)
     for subset in subsets(causes):
         if cause not in subset:
             others = len(subset)
