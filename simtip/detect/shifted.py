@@ -56,7 +56,7 @@ def shifted(image: Image, shifts_px: Iterable[Array]) -> Iterator[Image]:
         rows = scipy.fft.ifft(turned, axis=-2, overwrite_x=True)[:, :height]
         rows *= _phases(lengths[1], u)[: rows.shape[-1]]
         moved = scipy.fft.irfft(rows, n=lengths[1], axis=-1, overwrite_x=True)[..., :width]
-        yield _as_given(np.rint(moved), image)
+        yield _as_given(np.clip(np.rint(moved), least, most), image)
 
 
 def continued(samples: Samples, length: int, axis: int) -> Samples:
