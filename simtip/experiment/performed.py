@@ -23,7 +23,9 @@ from simtip.spec import SceneSpec
 from simtip.spec.experiment import OWN_SETUP
 from simtip.sweep.campaign import Means, carry_out, prepare
 from simtip.sweep.plan import Plan
+from simtip.sweep.stage_keys import digest_of
 from simtip.sweep.table import OK, Table
+from simtip.version import __version__
 
 HEAD = "experiment.json"
 SWEEPS, RIGS = "sweeps", "rigs"
@@ -97,10 +99,7 @@ def perform(
     KeyboardInterrupt
         The same call goes on.
     """
-    plans = [
-        _plan(scene, one, seed, out / RIGS / f"{number:02d}.json", allowed)
-        for number, one in enumerate(planned)
-    ]
+    plans = [_plan(scene, one, seed, out / RIGS, allowed) for one in planned]
     found = []
     for number, (one, plan) in enumerate(zip(planned, plans, strict=True)):
         said(f"{one.name}: {len(plan)} measurements")
@@ -135,17 +134,26 @@ def begin(out: Path, scene: SceneSpec, seed: int) -> None:
     write_atomically(head, json.dumps(data, indent=1).encode())
 
 
-def _plan(scene: SceneSpec, series: Series, seed: int, rig: Path, allowed: tuple[str, ...]) -> Plan:
-    """Plan a series' sweep, with a rig calibrated anew if that is asked for, kept in a file."""
+def _plan(
+    scene: SceneSpec, series: Series, seed: int, rigs: Path, allowed: tuple[str, ...]
+) -> Plan:
+    """Plan a series' sweep, with a rig calibrated anew if that is asked for.
+
+    It is kept in a file that is named by what it depends on: the last bits of least squares may
+    differ from one time to the next, and measurements with them.
+    """
     plan = series.sweep(scene, seed, None, allowed)
     how = series.calibration
     if how is None:
         return plan
     setup = series.name if series.is_setup else OWN_SETUP
     own = seed32(seed, "experiment", setup, "calibration", how.seed)
-    rig.parent.mkdir(parents=True, exist_ok=True)
-    calibrated = recalibrated(whole_sensors(plan.base), how.model_copy(update={"seed": own}))
-    write_rig(rig, calibrated)
+    whole, how = whole_sensors(plan.base), how.model_copy(update={"seed": own})
+    told = [part.model_dump(mode="json") for part in (how, whole.rig, whole.boards)]
+    rig = rigs / f"{digest_of([__version__, *told, whole.needle.tip_mm])[:24]}.json"
+    if not rig.exists():
+        rigs.mkdir(parents=True, exist_ok=True)
+        write_rig(rig, recalibrated(whole, how))
     return series.sweep(scene, seed, str(rig.absolute()), allowed)
 
 

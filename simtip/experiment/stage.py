@@ -92,11 +92,11 @@ def coordinates(stage: StageSpec, first_mm: Array, others_mm: Array | None = Non
 def grid(stage: StageSpec, counts: tuple[int, int, int]) -> tuple[Array, Array]:
     """Give evenly spaced positions over the strokes: (n,) of the first axis, (m, 2) of the others.
 
-    An axis with one position stays in the middle of its stroke.
+    An axis with one position stays where the scene's needle is.
     """
     along, *rest = (
-        np.linspace(0, stroke, count) if count > 1 else np.array([stroke / 2])
-        for count, stroke in zip(counts, stage.stroke_mm, strict=True)
+        np.linspace(0, stroke, count) if count > 1 else np.array([origin])
+        for count, stroke, origin in zip(counts, stage.stroke_mm, stage.origin_mm, strict=True)
     )
     others = np.stack(np.meshgrid(*rest, indexing="ij"), axis=-1).reshape(-1, 2)
     return along, others

@@ -83,9 +83,9 @@ def test_straightness_is_a_bow_between_the_ends_of_the_stroke():
 
 
 def test_a_grid_goes_over_all_strokes():
-    along, others = grid(StageSpec(), (3, 2, 1))
+    along, others = grid(StageSpec(origin_mm=(0, 0, 4)), (3, 2, 1))
     assert along.tolist() == [0, 14, 28]
-    assert others.tolist() == [[0, 7.5], [22, 7.5]]
+    assert others.tolist() == [[0, 4], [22, 4]]
 
 
 def test_axes_are_square_and_the_first_leads_out_of_the_needle():
