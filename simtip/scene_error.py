@@ -34,8 +34,10 @@ _WANTED = {
 """What pydantic's error types ask for, in the words of a YAML file."""
 
 
-def input_error(document: Document, error: ValidationError) -> InputError:
-    """Turn pydantic's errors about a scene into one line.
+def input_error(
+    document: Document, error: ValidationError, model: type[BaseModel] = SceneSpec
+) -> InputError:
+    """Turn pydantic's errors about a scene, or another model, into one line.
 
     Parameters
     ----------
@@ -43,21 +45,24 @@ def input_error(document: Document, error: ValidationError) -> InputError:
         The file.
     error
         What pydantic found wrong in it.
+    model
+        What it was read as.
     """
     found = error.errors(include_url=False)
     # A misspelled key also shows up as a missing one: the misspelling is what the user can see.
     first = min(found, key=lambda e: e["type"] != "extra_forbidden")
-    path, parent = _locate(first["loc"])
-    problem, path, remedy = _explain(first, path, parent)
+    path, parent = _locate(first["loc"], model)
+    limits = allowed_range(first["loc"], model) if first["type"] in _BOUND_ERRORS else None
+    problem, path, remedy = _explain(first, path, parent, limits)
     if len(found) > 1:
         problem += f" (and {len(found) - 1} more)"
     return document.error(problem, path, remedy=remedy)
 
 
 def _explain(
-    error: ErrorDetails, path: FieldPath, parent: object
+    error: ErrorDetails, path: FieldPath, parent: object, limits: str | None
 ) -> tuple[str, FieldPath, str | None]:
-    """Give the problem, the path to name and the remedy."""
+    """Give the problem, the path to name and the remedy; `limits` says what a number may be."""
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "extra_forbidden":
         return "unknown key", path, _nearest_key(str(path[-1]), parent)
@@ -69,7 +74,6 @@ def _explain(
         return f"has to be {_WANTED[kind]}, not {shown(value)}", path, _type_remedy(kind, value)
     if kind == "value_error":
         return _explain_refusal(context["error"], path)
-    limits = allowed_range(error["loc"]) if kind in _BOUND_ERRORS else None
     wanted = f"has to be {limits}" if limits else error["msg"].replace("Input should ", "has to ")
     return f"{wanted}, not {shown(value)}", path, "correct the value"
 
@@ -122,8 +126,8 @@ def _nearest_key(key: str, parent: object) -> str:
     return f"known keys: {', '.join(fields)}"
 
 
-def _locate(location: tuple[int | str, ...]) -> tuple[FieldPath, object]:
-    """Follow pydantic's location through the models.
+def _locate(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[FieldPath, object]:
+    """Follow pydantic's location through the models, from the outermost.
 
     Returns
     -------
@@ -132,7 +136,7 @@ def _locate(location: tuple[int | str, ...]) -> tuple[FieldPath, object]:
     parent
         The type that holds the last part of the path.
     """
-    here: object = SceneSpec
+    here: object = model
     parent: object = None
     path: FieldPath = ()
     for part in location:

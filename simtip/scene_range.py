@@ -1,9 +1,11 @@
-"""The range that a scene's number may lie in, in words, read off the scene's JSON Schema."""
+"""The range that a scene's number may lie in, in words, read off the model's JSON Schema."""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import Any
+
+from pydantic import BaseModel
 
 from simtip.spec import SceneSpec
 
@@ -17,47 +19,51 @@ _ENDS = {
 }
 
 
-def allowed_range(location: tuple[int | str, ...]) -> str | None:
+def allowed_range(
+    location: tuple[int | str, ...], model: type[BaseModel] = SceneSpec
+) -> str | None:
     """Give the whole range of a number, such as "from 0 to 1" or "above 0 and below 90".
 
     Parameters
     ----------
     location
         Where pydantic found it: keys, indices, and the kinds of what comes in several kinds.
+    model
+        In which.
 
     Returns
     -------
     str or None
         None where the schema states no bounds.
     """
-    node = _schema()
+    whole = node = _schema(model)
     for part in location:
-        inside = _inside(node, part)
+        inside = _inside(node, part, whole)
         if inside is None:
             return None
         node = inside
-    return _in_words(_plain(node))
+    return _in_words(_plain(node, whole))
 
 
 @cache
-def _schema() -> Schema:
-    return SceneSpec.model_json_schema()
+def _schema(model: type[BaseModel]) -> Schema:
+    return model.model_json_schema()
 
 
-def _plain(node: Schema) -> Schema:
-    """Follow references, and leave out null."""
+def _plain(node: Schema, whole: Schema) -> Schema:
+    """Follow references into the whole schema, and leave out null."""
     while True:
         if "$ref" in node:
-            node = _schema()["$defs"][node["$ref"].rsplit("/", 1)[-1]]
+            node = whole["$defs"][node["$ref"].rsplit("/", 1)[-1]]
         elif "anyOf" in node:
             node = next(branch for branch in node["anyOf"] if branch.get("type") != "null")
         else:
             return node
 
 
-def _inside(node: Schema, part: int | str) -> Schema | None:
+def _inside(node: Schema, part: int | str, whole: Schema) -> Schema | None:
     """Give the schema of a key, an entry, or one kind of several."""
-    node = _plain(node)
+    node = _plain(node, whole)
     if isinstance(part, int):
         entries = node.get("prefixItems", [])
         inside: Schema | None = entries[part] if part < len(entries) else node.get("items")
