@@ -16,9 +16,15 @@ Array: TypeAlias = NDArray[np.float64]
 ROTATION_TOLERANCE = 5e-3
 """Largest entry of ``R R^T - I`` that is taken for rounding: the paper's Table 1 has 1.3e-3."""
 
+ROTATION_ROUNDING = 1e-14
+"""Entries of ``|M M^T - I|`` up to this are rounding: the product of fifty rotations has fewer."""
+
 
 def nearest_rotation(matrix: ArrayLike, tolerance: float = ROTATION_TOLERANCE) -> Array:
     """Return the rotation nearest to a nearly orthonormal matrix (Frobenius norm, by SVD).
+
+    What is a rotation to the rounding of its products is given back to the bit, so that a rig reads
+    back from a file as it was.
 
     Parameters
     ----------
@@ -42,7 +48,7 @@ def nearest_rotation(matrix: ArrayLike, tolerance: float = ROTATION_TOLERANCE) -
     if not off <= tolerance:
         raise ValueError(f"not a rotation: R R^T differs from the identity by {off:.3g}")
     u, _, vt = np.linalg.svd(m)
-    rotation: Array = u @ vt
+    rotation: Array = m.copy() if off <= ROTATION_ROUNDING else u @ vt
     if np.linalg.det(rotation) < 0:
         raise ValueError("not a rotation: it mirrors (determinant -1)")
     return rotation

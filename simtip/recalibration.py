@@ -10,14 +10,21 @@ of blur on a tilted board (docs/calibration.md, Limits).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
 from simtip.boards import BoardSet, plan_boards
 from simtip.calibrate import Calibration, View, calibrate
 from simtip.camera import Camera, StereoRig
+from simtip.errors import InputError
 from simtip.geometry import Array
+from simtip.scene_error import input_error
 from simtip.seeding import stream
-from simtip.spec import SceneSpec
-from simtip.spec.recalibration import RecalibrationSpec
+from simtip.spec import RecalibrationSpec, SceneSpec
 from simtip.target.sighting import Sighting
+from simtip.yaml_file import Document
 
 
 def recalibrated(spec: SceneSpec, how: RecalibrationSpec) -> StereoRig:
@@ -94,6 +101,27 @@ def sightings(boards: BoardSet, noise_px: float) -> list[View]:
         )
         views.append(View(boards.name(k), left, right))
     return views
+
+
+def recalibration_spec(values: Mapping[str, Any]) -> RecalibrationSpec:
+    """Check the fields of a `RecalibrationSpec` as those of scene files are checked.
+
+    Parameters
+    ----------
+    values
+        By name; what is left out has its default.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong first, in one line that names the field.
+    """
+    data = dict(values)
+    try:
+        return RecalibrationSpec.model_validate(data, strict=True)
+    except ValidationError as error:
+        said = input_error(Document("", data, {}), error, ("experiment", "calibration"))
+        raise InputError(said.problem, field=said.field, remedy=said.remedy) from None
 
 
 def _normal(seed: int, k: int, side: str, count: int) -> Array:

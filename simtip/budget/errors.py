@@ -45,7 +45,7 @@ class Truth:
 
 
 class Errors:
-    """Mean square errors under any causes.
+    """Square errors under any causes.
 
     Parameters
     ----------
@@ -71,8 +71,8 @@ class Errors:
         focus = state(causes, self._scene, whole_pixels=self._seen.whole_pixels)[0]
         return self._apparent[focus][0]
 
-    def mean_squares(self, causes: frozenset[Cause]) -> dict[str, Array]:
-        """Give the mean square errors (replicates,), mm^2.
+    def squares(self, causes: frozenset[Cause]) -> dict[str, Array]:
+        """Give the square errors (replicates, places), mm^2.
 
         Of positions, of steps (Eq. 3), and of displacements from the first place.
         """
@@ -91,16 +91,16 @@ class Errors:
                 np.linalg.norm(true[1:] - true[:1], axis=-1)[None],
             ]
         return {
-            POSITION: ((points - true) ** 2).sum(axis=-1).mean(axis=-1),
-            STEP: ((moved[0] - told[0]) ** 2).mean(axis=-1),
-            FROM_START: ((moved[1] - told[1]) ** 2).mean(axis=-1),
+            POSITION: ((points - true) ** 2).sum(axis=-1),
+            STEP: (moved[0] - told[0]) ** 2,
+            FROM_START: (moved[1] - told[1]) ** 2,
         }
 
     def all(self, causes: Sequence[Cause]) -> dict[str, dict[frozenset[int], Array]]:
-        """Give the mean square errors under every subset of causes, by kind and by subset."""
+        """Give the square errors under every subset of causes, by kind and by subset."""
         found: dict[str, dict[frozenset[int], Array]] = {POSITION: {}, STEP: {}, FROM_START: {}}
         for subset in subsets(len(causes)):
-            squares = self.mean_squares(frozenset(causes[k] for k in subset))
+            squares = self.squares(frozenset(causes[k] for k in subset))
             for kind, values in squares.items():
                 found[kind][subset] = values
         return found

@@ -17,7 +17,7 @@ Subset = frozenset[int]
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """How a total is split; every figure is a mean over replicates, with its interval's ends.
+    """How a total is split; every figure is a mean over replicates and places, with its interval.
 
     Attributes
     ----------
@@ -30,8 +30,8 @@ class Shares:
         (causes, 3): what it adds to none.
     removed
         (causes, 3): what goes when it alone goes.
-    replicates
-        How many there are; with one there are no intervals.
+    replicates, places
+        How many there are of each.
     """
 
     total: Array
@@ -40,6 +40,7 @@ class Shares:
     alone: Array
     removed: Array
     replicates: int
+    places: int
 
 
 def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
@@ -51,11 +52,11 @@ def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
     Parameters
     ----------
     values
-        (replicates,) for each of the 2^causes subsets.
+        (replicates, places) for each of the 2^causes subsets.
     causes
         How many there are.
     level
-        Confidence level of the intervals: Student's t over replicates, which are independent.
+        Confidence level of the intervals, see `grand_mean`.
     """
     everything, nothing = frozenset(range(causes)), frozenset[int]()
     total, rest = values[everything], values[nothing]
@@ -63,12 +64,13 @@ def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
     alone = [values[frozenset([cause])] - rest for cause in range(causes)]
     removed = [total - values[everything - {cause}] for cause in range(causes)]
     return Shares(
-        total=_summed(total, level),
-        rest=_summed(rest, level),
+        total=grand_mean(total, level),
+        rest=grand_mean(rest, level),
         shapley=_stacked(shapley, level),
         alone=_stacked(alone, level),
         removed=_stacked(removed, level),
-        replicates=len(total),
+        replicates=total.shape[0],
+        places=total.shape[1],
     )
 
 
@@ -89,14 +91,35 @@ def _shapley(values: Mapping[Subset, Array], cause: int, causes: int) -> Array:
 
 
 def _stacked(values: list[Array], level: float) -> Array:
-    return np.array([_summed(one, level) for one in values]).reshape(-1, 3)
+    return np.array([grand_mean(one, level) for one in values]).reshape(-1, 3)
 
 
-def _summed(replicates: Array, level: float) -> Array:
-    """Give mean, low and high end; without spread, or with one replicate, all three are one."""
-    mean, n = float(np.mean(replicates)), len(replicates)
-    sd = float(np.std(replicates, ddof=1)) if n > 1 else 0.0
-    half = stats.t.ppf((1 + level) / 2, n - 1) * sd / math.sqrt(n) if n > 1 else 0.0
+def grand_mean(values: Array, level: float) -> Array:
+    """Give mean, low and high end of values by replicate and place, both drawn at random.
+
+    The mean's variance is (MS_r + MS_p) / (r p), mean squares of a two-way layout: without the
+    residual's taken away, so that an interval is rather too wide. Student's t with Satterthwaite's
+    (1946) degrees of freedom. What does not vary has no width.
+
+    Parameters
+    ----------
+    values
+        (replicates, places).
+    level
+        Confidence level.
+    """
+    mean, count = float(values.mean()), values.size
+    squares, freedoms = [], []
+    for axis in (0, 1):
+        means = values.mean(axis=1 - axis)
+        if len(means) > 1:
+            squares.append(count / len(means) * float(means.var(ddof=1)))
+            freedoms.append(len(means) - 1)
+    total = sum(squares)
+    if total == 0:
+        return np.array([mean, mean, mean])
+    freedom = total**2 / sum(ms**2 / df for ms, df in zip(squares, freedoms, strict=True))
+    half = float(stats.t.ppf((1 + level) / 2, freedom)) * math.sqrt(total / count)
     return np.array([mean, mean - half, mean + half])
 
 

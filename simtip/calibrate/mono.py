@@ -6,6 +6,8 @@ rest of the model and weighs wrong corners down.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import cv2
@@ -59,14 +61,15 @@ def first_guess(corners: Corners, views: int, size: tuple[int, int], camera: str
     parts = corners.slices(views)
     flags = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     try:
-        _, K, D, rvecs, tvecs = cv2.calibrateCamera(
-            [corners.points_mm[part].astype(np.float32) for part in parts],
-            [corners.pixels[part].astype(np.float32) for part in parts],
-            size,
-            None,
-            None,
-            flags=flags,
-        )
+        with _one_thread():
+            _, K, D, rvecs, tvecs = cv2.calibrateCamera(
+                [corners.points_mm[part].astype(np.float32) for part in parts],
+                [corners.pixels[part].astype(np.float32) for part in parts],
+                size,
+                None,
+                None,
+                flags=flags,
+            )
     except cv2.error:
         raise undetermined(camera, "Zhang's method found no solution") from None
     numbers = np.zeros(LENGTH)
@@ -78,6 +81,17 @@ def first_guess(corners: Corners, views: int, size: tuple[int, int], camera: str
         raise undetermined(camera, "Zhang's method found no solution")
     turns = Rotation.from_rotvec(vectors).as_matrix()
     return Unknowns(numbers, np.zeros(LENGTH), np.eye(3), np.zeros(3), turns, shifts)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread: several add up in any order, and the last bits are then chance."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def calibrate_one(

@@ -20,6 +20,7 @@ from simtip.spec.needle import (
     NeedleSpec,
     TrocarTip,
 )
+from simtip.spec.recalibration import RecalibrationSpec
 from simtip.spec.rig import CameraSpec, LensSpec, RigSpec
 from simtip.spec.room import RoomSpec
 from simtip.spec.scene import DetectSpec, MatchSpec, RenderSpec, SceneSpec, TriangulateSpec
@@ -48,6 +49,7 @@ __all__ = [
     "NeedleSpec",
     "PanelLamp",
     "PointLamp",
+    "RecalibrationSpec",
     "RenderSpec",
     "RigSpec",
     "RoomSpec",

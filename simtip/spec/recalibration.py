@@ -31,8 +31,8 @@ class RecalibrationSpec(Part):
             ge=-0.2,
             le=0.25,
             description=(
-                "Printed size of the board over the size that the calibration is told, less 1, "
-                "with `boards.plate.print_scale` told: lengths are measured 1 + this too small."
+                "Printed size of the board over the size that the calibration is told, less 1; "
+                "lengths come out divided by 1 + this. `boards.plate.print_scale` is untold, too."
             ),
         ),
     ] = 0.0

@@ -8,12 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from simtip.budget.shares import rank, split, subsets
+from simtip.budget.shares import grand_mean, rank, split, subsets
 
 
 def game(causes, value):
-    """Give a value's replicates for every subset."""
-    return {one: np.array([value(one, r) for r in range(4)]) for one in subsets(causes)}
+    """Give a value's replicates, at one place, for every subset."""
+    return {one: np.array([[value(one, r)] for r in range(4)]) for one in subsets(causes)}
 
 
 def by_orders(values, causes):
@@ -30,14 +30,14 @@ def by_orders(values, causes):
 
 def test_shapley_is_the_mean_over_all_orders():
     rng = np.random.default_rng(2)
-    values = {one: rng.normal(size=6) for one in subsets(5)}
+    values = {one: rng.normal(size=(6, 2)) for one in subsets(5)}
     found = split(values, 5, 0.95)
     assert found.shapley[:, 0] == pytest.approx(by_orders(values, 5))
 
 
 def test_shares_and_the_rest_make_the_total_in_every_case():
     rng = np.random.default_rng(3)
-    values = {one: rng.normal(size=6) for one in subsets(6)}
+    values = {one: rng.normal(size=(6, 2)) for one in subsets(6)}
     found = split(values, 6, 0.95)
     assert found.shapley[:, 0].sum() + found.rest[0] == pytest.approx(found.total[0])
 
@@ -64,21 +64,33 @@ def test_what_does_nothing_gets_nothing():
 
 
 def test_an_interval_is_students_over_replicates():
-    values = {frozenset(): np.zeros(4), frozenset([0]): np.array([1.0, 2, 3, 4])}
+    values = {frozenset(): np.zeros((4, 1)), frozenset([0]): np.array([[1.0], [2], [3], [4]])}
     found = split(values, 1, 0.95)
     half = 3.182446305 * np.std([1, 2, 3, 4], ddof=1) / 2
     assert found.shapley[0] == pytest.approx([2.5, 2.5 - half, 2.5 + half])
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say():
-    rng, held = np.random.default_rng(7), 0
-    for _ in range(2000):
-        noise = rng.normal(size=(4, 5))
-        values = {one: 1.0 * len(one) + noise[len(one)] for one in subsets(3)}
-        mean, low, high = split(values, 3, 0.95).shapley[0]
-        held += low <= 1.0 <= high
-        assert low <= mean <= high
-    assert held / 2000 == pytest.approx(0.95, abs=0.015)
+@pytest.mark.parametrize(
+    ("of_draws", "of_places", "own"), [(1, 0, 0), (0, 1, 0), (1, 1, 1), (0, 0, 1)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(of_draws, of_places, own):
+    """Other draws and other places; where neither is all, an interval is rather too wide."""
+    rng, held, tries = np.random.default_rng(7), 0, 2000
+    for _ in range(tries):
+        values = (
+            of_draws * rng.normal(size=(5, 1))
+            + of_places * rng.normal(size=(1, 8))
+            + own * rng.normal(size=(5, 8))
+        )
+        _, low, high = grand_mean(values, 0.95)
+        held += low <= 0.0 <= high
+    assert held / tries > 0.935
+    if not own:
+        assert held / tries == pytest.approx(0.95, abs=0.015)
+
+
+def test_what_does_not_vary_has_no_width():
+    assert grand_mean(np.full((3, 4), 2.0), 0.95).tolist() == [2, 2, 2]
 
 
 def test_there_are_all_subsets():

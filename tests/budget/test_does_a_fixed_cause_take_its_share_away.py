@@ -5,11 +5,8 @@ The cause is mended in the scene itself, and the system tried anew, with other n
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from experiment.small_experiment import asked, scene_file
-
-CAUSES = ("stage and reference", "calibration")
 
 
 def row(told, kind, cause):
@@ -17,13 +14,14 @@ def row(told, kind, cause):
 
 
 @pytest.mark.slow
-def test_mended_play_of_the_needle_takes_its_share_away(tmp_path):
-    loose = scene_file(tmp_path, "loose.yaml", stage={"needle_play_mm": -0.5})
-    told = asked("budget", loose)
+def test_a_beam_put_straight_takes_its_share_away(tmp_path):
+    """The needle stays where it is, so that the rest of the error is the same."""
+    slanted = scene_file(tmp_path, "slanted.yaml", interferometer={"misalignment_mrad": 200})
+    told = asked("budget", slanted)
     kind = "from_start"
     assert told[kind]["shares"][0]["cause"] == "stage and reference"
-    tight = asked("budget", scene_file(tmp_path, "tight.yaml"), "--seed", 77)
-    check(told, kind, "stage and reference", tight[kind]["total_mm2"], tight[kind]["total_ci_mm2"])
+    straight = asked("budget", scene_file(tmp_path, "straight.yaml"), "--seed", 77)
+    check(told, kind, "stage and reference", straight)
 
 
 @pytest.mark.slow
@@ -33,20 +31,18 @@ def test_a_true_rig_takes_the_calibrations_share_away(tmp_path):
     kind = "position"
     assert told[kind]["shares"][0]["cause"] == "calibration"
     good = asked("budget", scene_file(tmp_path, "good.yaml"), "--seed", 77)
-    check(told, kind, "calibration", good[kind]["total_mm2"], good[kind]["total_ci_mm2"])
+    check(told, kind, "calibration", good)
 
 
-def check(told, kind, cause, mended, mended_ci):
-    """Hold what is left in the mended system against total less what goes with the cause."""
+def check(told, kind, cause, mended):
+    """Hold what goes with the cause, as claimed, against what went."""
     share = row(told, kind, cause)
-    fell = told[kind]["total_mm2"] - mended
+    fell = told[kind]["total_mm2"] - mended[kind]["total_mm2"]
     low, high = share["removed_ci_mm2"]
-    spare = np.hypot(high - low, mended_ci[1] - mended_ci[0]) / 2
-    total = told[kind]["total_ci_mm2"]
-    spare = np.hypot(spare, (total[1] - total[0]) / 2)
-    assert fell == pytest.approx(share["removed_mm2"], abs=spare)
-    # The check can fail: by far not every fall would do.
-    assert spare < fell
+    assert low <= fell <= high
+    # The check can fail: the interval leaves out that nothing, or all, goes.
+    assert low > 0
+    assert share["removed_mm2"] < told[kind]["total_mm2"]
 
 
 @pytest.mark.slow

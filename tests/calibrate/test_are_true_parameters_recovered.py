@@ -229,6 +229,17 @@ def test_the_order_of_the_views_and_missing_points_do_not_matter(noisy):
     assert len(forth.epipolar.left_px) == 7 * 30 + 20
 
 
+def test_the_same_views_give_the_same_bits(noisy):
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(4)  # whatever the machine; several threads of OpenCV add up in any order
+    try:
+        rigs = [calibrate(noisy, POINTS, SIZE, SIZE).rig for _ in range(5)]
+        assert cv2.getNumThreads() == 4
+    finally:
+        cv2.setNumThreads(before)
+    assert len({rig.left.K.tobytes() + rig.T_lr.t.tobytes() for rig in rigs}) == 1
+
+
 def test_a_far_start_ends_at_the_same_place(noisy):
     ours = calibrate(noisy, POINTS, SIZE, SIZE)
     problem = screened(noisy, POINTS).problem(LensModel.OPENCV5)

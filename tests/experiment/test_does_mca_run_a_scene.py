@@ -77,7 +77,8 @@ def test_its_folder_holds_what_a_user_looks_for(done):
 @pytest.mark.slow
 def test_its_rows_are_what_mca_csv_reads(done, tmp_path):
     _, out, told = done
-    rows = list(csv.DictReader((out / "measurements.csv").open()))
+    with (out / "measurements.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
     own = [row for row in rows if row["operator"] == "as in the scene"]
     file = tmp_path / "own.csv"
     with file.open("w") as stream:
