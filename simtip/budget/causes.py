@@ -14,6 +14,7 @@ class Cause(StrEnum):
     RECESSION = "tip recession"
     MISMATCH = "mismatch of the views"
     NOISE = "noise"
+    RIPPLE = "ripple of the lamps"
     DEFOCUS = "defocus"
     DISTORTION = "distortion ignored"
     CALIBRATION = "calibration"
@@ -28,12 +29,19 @@ WITHOUT = {
     ),
     Cause.MISMATCH: "what then remains between apparent and true tip in each view taken away",
     Cause.NOISE: "no temporal noise of the sensor (photons, dark current, read-out)",
+    Cause.RIPPLE: "every pair of images begins at the same moment of the mains",
     Cause.DEFOCUS: "a pinhole's sharpness, with the diffraction and aberration that the lens has",
     Cause.DISTORTION: "a lens model that can hold the lens's distortion",
     Cause.CALIBRATION: "the rig as it is, or as a calibration without noise would find it",
     Cause.REFERENCE: "displacements held against the needle's true ones",
 }
 """What it is like when a cause is off."""
+
+
+def ripples(scene: SceneSpec) -> bool:
+    """Say whether images differ by the moment at which they begin."""
+    jitter = scene.experiment.schedule.start_jitter_s
+    return jitter > 0 and any(lamp.ballast.ripples for lamp in scene.lamps)
 
 
 def present(scene: SceneSpec, *, whole_pixels: bool) -> tuple[list[Cause], dict[Cause, str]]:
@@ -61,6 +69,10 @@ def present(scene: SceneSpec, *, whole_pixels: bool) -> tuple[list[Cause], dict[
         absent[Cause.QUANTISATION] = "the detector answers in parts of a pixel"
     if not scene.sensor.noise:
         absent[Cause.NOISE] = "the sensor has none (sensor.noise)"
+    if not scene.experiment.schedule.start_jitter_s:
+        absent[Cause.RIPPLE] = "all images begin at the same moment (schedule.start_jitter_s)"
+    elif not any(lamp.ballast.ripples for lamp in scene.lamps):
+        absent[Cause.RIPPLE] = "no lamp ripples (lamps[0].ballast)"
     if all(lens.focus_mm is None for lens in lenses):
         absent[Cause.DEFOCUS] = "both cameras are pinholes (rig.left.lens.focus_mm)"
     if how is None or how.distortion != "none":

@@ -128,7 +128,7 @@ class Errors:
         )
 
     def _focuses(self) -> set[bool]:
-        return {focus for focus, _, _ in self._seen.tips_px}
+        return {focus for focus, *_ in self._seen.tips_px}
 
     def _seen_everywhere(self) -> Array:
         found = [np.isfinite(tips).all(axis=(0, 2, 3)) for tips in self._seen.tips_px.values()]
@@ -136,7 +136,7 @@ class Errors:
         return kept
 
     def _split(self, focus: bool) -> tuple[Array, Array, Array]:
-        calm = self._seen.tips_px[focus, False, not self._seen.whole_pixels][0]
+        calm = self._seen.tips_px[focus, False, False, not self._seen.whole_pixels][0]
         truth, kept = self._truth, self.kept
         return recession(
             calm[kept],

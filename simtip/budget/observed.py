@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from simtip.budget.causes import Cause
+from simtip.budget.causes import Cause, ripples
 from simtip.errors import InputError
 from simtip.experiment.performed import SWEEPS, Said
-from simtip.experiment.series import TIP
+from simtip.experiment.series import START, TIP, Shot, shot_of, zipped_shots
 from simtip.geometry import Array
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
@@ -30,8 +31,8 @@ SIDES = ("left", "right")
 ROUNDING_PX = 1e-6
 """Of places that were taken from the true one and are added to it again."""
 
-State = tuple[bool, bool, bool]
-"""Whether there are defocus, noise and quantisation."""
+State = tuple[bool, bool, bool, bool]
+"""Whether there are defocus, noise, ripple and quantisation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,8 @@ class Order:
         (places, 3) of the needle's tip, world.
     true_px
         (places, 2, 2) where they are in both images.
+    start_s
+        (replicates, places) when images begin, if at moments of their own; else None.
     replicates
         Draws of the noise.
     allowed
@@ -76,6 +79,7 @@ class Order:
     seed: int
     tips_mm: Array
     true_px: Array
+    start_s: Array | None
     replicates: int
     allowed: tuple[str, ...] = ()
 
@@ -92,7 +96,7 @@ def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) 
     """
     work = _Work(order, out, means, said)
     plain = order.scene.detect.name
-    calm = work.done("calm", noise=False, detectors=[plain])
+    calm = work.done("calm", noise=False, ripple=False, detectors=[plain])
     seen = np.concatenate([tips.ravel() for tips in calm.values()])
     seen = seen[np.isfinite(seen)]
     if not len(seen):
@@ -106,9 +110,13 @@ def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) 
     both = [plain, DITHERED + plain] if whole else [plain]
     found = dict(calm)
     if whole:
-        found |= work.done("calm_dithered", noise=False, detectors=both[1:])
-    if order.scene.sensor.noise:
-        found |= work.done("noisy", noise=True, detectors=both)
+        found |= work.done("calm_dithered", noise=False, ripple=False, detectors=both[1:])
+    noises = [False, True] if order.scene.sensor.noise else [False]
+    moments = [False] if order.start_s is None else [False, True]
+    for noise, ripple in itertools.product(noises, moments):
+        if noise or ripple:
+            name = "_".join(["noisy"] * noise + ["rippled"] * ripple)
+            found |= work.done(name, noise=noise, ripple=ripple, detectors=both)
     return Observed(found, whole, work.counts)
 
 
@@ -119,29 +127,47 @@ class _Work:
         self._order, self._out, self._means, self._said = order, out, means, said
         self.counts: Counter[str] = Counter()
 
-    def done(self, name: str, *, noise: bool, detectors: Sequence[str]) -> dict[State, Array]:
+    def done(
+        self, name: str, *, noise: bool, ripple: bool, detectors: Sequence[str]
+    ) -> dict[State, Array]:
         """Work out a sweep over focus and places, and give the tips by state."""
-        plan = self._plan(noise=noise, detectors=detectors)
+        shots = self._shots(ripple=ripple)
+        plan = self._plan(shots, noise=noise, ripple=ripple, detectors=detectors)
         folder = self._out / SWEEPS / name
         folder.parent.mkdir(parents=True, exist_ok=True)
         self._said(f"{name.replace('_', ', ')}: {len(plan)} measurements")
         setup = prepare(plan, self._means)
         self.counts.update(carry_out(plan, setup, folder, self._means).counts)
         rows = Table.open(folder).by_trial()
-        places = {tuple(map(float, tip)): k for k, tip in enumerate(self._order.tips_mm)}
-        shape = (plan.spec.repeats, len(places), 2, 2)
+        where = {one: divmod(k, len(self._order.tips_mm)) for k, one in enumerate(shots)}
+        draws = max(plan.spec.repeats, len(shots) // len(self._order.tips_mm))
+        shape = (draws, len(self._order.tips_mm), 2, 2)
         found: dict[State, Array] = {}
         for number in range(len(plan)):
             trial = plan.trial(number)
             dithered = trial.measuring.reference.startswith(DITHERED)
             focus = trial.values.get(FOCUS[0]) is not None or trial.values.get(FOCUS[1]) is not None
-            state = (focus, noise, not dithered)
+            state = (focus, noise, ripple, not dithered)
             tips = found.setdefault(state, np.full(shape, np.nan))
-            place = places[tuple(trial.values[TIP])]
-            tips[trial.repeat, place] = _tips(rows[number], self._order.true_px[place])
+            start = trial.values.get(START, shots[0][1])
+            draw, place = where[shot_of(trial.values[TIP], start)]
+            tips[max(draw, trial.repeat), place] = _tips(rows[number], self._order.true_px[place])
         return found
 
-    def _plan(self, *, noise: bool, detectors: Sequence[str]) -> Plan:
+    def _shots(self, *, ripple: bool) -> list[Shot]:
+        """Give the pairs of images, place by place; with ripple, draw by draw."""
+        order = self._order
+        if not ripple or order.start_s is None:
+            return [shot_of(tip, order.scene.sensor.start_s) for tip in order.tips_mm]
+        return [
+            shot_of(tip, start)
+            for starts in order.start_s
+            for tip, start in zip(order.tips_mm, starts, strict=True)
+        ]
+
+    def _plan(
+        self, shots: Sequence[Shot], *, noise: bool, ripple: bool, detectors: Sequence[str]
+    ) -> Plan:
         order = self._order
         scene = order.scene.model_copy(update={"experiment": ExperimentSpec()})
         pinholes: list[float | None] = [None, None]
@@ -153,10 +179,11 @@ class _Work:
             scene="",
             base={"sensor.noise": noise},
             zipped=[
-                {TIP: [list(map(float, tip)) for tip in order.tips_mm]},
+                zipped_shots(shots),
                 focuses,
             ],
-            repeats=order.replicates if noise else 1,
+            # Each draw of the moment has its own noise as it is.
+            repeats=order.replicates if noise and not ripple else 1,
             detectors=[DetectorEntry.model_validate({**kept, "name": one}) for one in detectors],
             seed=seed32(order.seed, "budget", "noise"),
         )
@@ -176,6 +203,7 @@ def state(causes: frozenset[Cause], scene: SceneSpec, *, whole_pixels: bool) -> 
     return (
         focused and Cause.DEFOCUS in causes,
         scene.sensor.noise and Cause.NOISE in causes,
+        ripples(scene) and Cause.RIPPLE in causes,
         # A detector of sub-pixel answers is asked as it is.
         not whole_pixels or Cause.QUANTISATION in causes,
     )

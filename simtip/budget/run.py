@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from simtip.budget.causes import WITHOUT, Cause, present
+from simtip.budget.causes import WITHOUT, Cause, present, ripples
 from simtip.budget.errors import Errors, Truth
 from simtip.budget.observed import Order, observe
 from simtip.budget.rigs import rigs_of
@@ -162,7 +162,8 @@ def run_budget(
     truth = _truth(scene, line, replicates, seed)
     begin(out, scene, seed)
     with alone(out):
-        order = Order(scene, seed, truth.tips_mm, truth.true_px, replicates, allowed)
+        starts = _starts(scene, len(truth.tips_mm), replicates, seed)
+        order = Order(scene, seed, truth.tips_mm, truth.true_px, starts, replicates, allowed)
         seen = observe(order, out, means or Means(), said)
         causes, absent = present(scene, whole_pixels=seen.whole_pixels)
         errors = Errors(scene, truth, seen, rigs_of(scene, causes, replicates, seed), replicates)
@@ -191,6 +192,15 @@ def run_budget(
         text = json.dumps(made.to_dict(), indent=1) + "\n"
         write_atomically(out / RESULT, text.encode())
     return made
+
+
+def _starts(scene: SceneSpec, places: int, replicates: int, seed: int) -> Array | None:
+    """Draw when images begin, (replicates, places), s; None if always at the same moment."""
+    if not ripples(scene):
+        return None
+    jitter = scene.experiment.schedule.start_jitter_s
+    drawn = jitter * stream(seed, "budget", "start").random((replicates, places))
+    return np.asarray(scene.sensor.start_s + drawn)
 
 
 def _truth(scene: SceneSpec, line: Series, replicates: int, seed: int) -> Truth:

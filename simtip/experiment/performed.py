@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.errors import InputError
-from simtip.experiment.series import TIP, Series
+from simtip.experiment.series import START, TIP, Series, Shot, shot_of
 from simtip.geometry import Array
 from simtip.output_folder import write_atomically
 from simtip.recalibration import recalibrated
@@ -167,16 +167,16 @@ def whole_sensors(scene: SceneSpec) -> SceneSpec:
 def _measured(series: Series, plan: Plan, folder: Path, counts: Counter[str]) -> Measured:
     """Bring a table's rows back into the order of the runs."""
     rows = Table.open(folder).by_trial()
-    places, place, turn = series.places()
-    numbers = {tuple(tip): k for k, tip in enumerate(places)}
-    by_turn: dict[tuple[int, int], dict[str, Any]] = {}
+    shots, shot, turn = series.shots()
+    by_turn: dict[tuple[Shot, int], dict[str, Any]] = {}
     for number in range(len(plan)):
         trial = plan.trial(number)
-        by_turn[numbers[tuple(trial.values[TIP])], trial.repeat] = rows[number]
-    tips = np.full((*place.shape, 3), np.nan)
-    status = np.full(place.shape, "", dtype=object)
-    for index in np.ndindex(place.shape):
-        row = by_turn[int(place[index]), int(turn[index])]
+        start = trial.values.get(START, shots[0][1])
+        by_turn[shot_of(trial.values[TIP], start), trial.repeat] = rows[number]
+    tips = np.full((*shot.shape, 3), np.nan)
+    status = np.full(shot.shape, "", dtype=object)
+    for index in np.ndindex(shot.shape):
+        row = by_turn[shots[shot[index]], int(turn[index])]
         status[index] = row["status"]
         if row["status"] == OK:
             tips[index] = [row[f"tip_{axis}_mm"] for axis in "xyz"]

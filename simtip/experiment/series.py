@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,11 +22,13 @@ from simtip.sweep.plan import Plan
 from simtip.sweep.spec import MEASURED, SweepSpec
 from simtip.truth import scene_truth
 
-TIP = "needle.tip_mm"
+TIP, START = "needle.tip_mm", "sensor.start_s"
 REGISTRATION, ACCURACY = "registration", "accuracy"
 """Series that are no set-up."""
 
 Numbers = NDArray[np.intp]
+Shot = tuple[tuple[float, float, float], float]
+"""A tip, world, mm, and the moment at which a pair of images of it begins, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,8 @@ class Series:
         reads, mm.
     tip_mm
         (runs, positions, 3) the needle's tip, world, mm.
+    start_s
+        (runs, positions) when the pair of images begins, s.
     """
 
     name: str
@@ -60,32 +64,33 @@ class Series:
     carriage_mm: Array
     laser_mm: Array
     tip_mm: Array
+    start_s: Array
 
     @property
     def is_setup(self) -> bool:
         """Whether it is the scene's own or another set-up, driven along the first axis."""
         return self.name not in {ACCURACY, REGISTRATION}
 
-    def places(self) -> tuple[list[list[float]], Numbers, Numbers]:
-        """Tell distinct places of the tip.
+    def shots(self) -> tuple[list[Shot], Numbers, Numbers]:
+        """Tell distinct pairs of images, but for their noise.
 
         Returns
         -------
-        places
-            World, mm.
-        place, turn
+        shots
+            Where the tip is, world, mm, and when they begin, s.
+        shot, turn
             (runs, positions) each: which of them, and for the how manieth time, from 0.
         """
-        found: dict[tuple[float, ...], int] = {}
+        found: dict[Shot, int] = {}
         seen: Counter[int] = Counter()
         shape = self.tip_mm.shape[:2]
-        place, turn = np.empty(shape, np.intp), np.empty(shape, np.intp)
+        shot, turn = np.empty(shape, np.intp), np.empty(shape, np.intp)
         for index in np.ndindex(shape):
-            tip = tuple(float(x) for x in np.round(self.tip_mm[index], 9))
-            number = found.setdefault(tip, len(found))
-            place[index], turn[index] = number, seen[number]
+            one = shot_of(self.tip_mm[index], float(self.start_s[index]))
+            number = found.setdefault(one, len(found))
+            shot[index], turn[index] = number, seen[number]
             seen[number] += 1
-        return [list(tip) for tip in found], place, turn
+        return list(found), shot, turn
 
     def sweep(
         self, scene: SceneSpec, seed: int, rig: str | None, allowed: tuple[str, ...] = ()
@@ -108,12 +113,12 @@ class Series:
         InputError
             A changed field does not exist, or a value does not fit.
         """
-        places, _, turn = self.places()
+        shots, _, turn = self.shots()
         base = dict(self.changes) if rig is None else {**self.changes, MEASURED: rig}
         spec = SweepSpec(
             scene="",
             base=base,
-            zipped=[{TIP: places}],
+            zipped=[zipped_shots(shots)],
             repeats=int(turn.max()) + 1,
             seed=seed32(seed, "experiment", self.name, "noise"),
         )
@@ -214,7 +219,33 @@ def _series(
     axes = spec.stage.axes(scene.needle.axis)
     tips = np.array(scene.needle.tip_mm) + (places - np.array(spec.stage.origin_mm)) @ axes
     _require_in_view(scene, tips.reshape(-1, 3), places.reshape(-1, 3), name)
-    return Series(name, changes, calibration, asked, places, motion.carriage_mm, laser, tips)
+    starts = _starts(scene, seed, name, places.shape[:2])
+    return Series(
+        name, changes, calibration, asked, places, motion.carriage_mm, laser, tips, starts
+    )
+
+
+def shot_of(tip_mm: Array, start_s: float) -> Shot:
+    """Give a pair of images as it is told from others."""
+    x, y, z = (round(float(value), 9) for value in tip_mm)
+    return (x, y, z), round(float(start_s), 9)
+
+
+def zipped_shots(shots: Sequence[Shot]) -> dict[str, list[Any]]:
+    """Give what varies from one pair of images to the next, for a sweep."""
+    said: dict[str, list[Any]] = {TIP: [list(tip) for tip, _ in shots]}
+    starts = [start for _, start in shots]
+    if len(set(starts)) > 1:
+        said[START] = starts
+    return said
+
+
+def _starts(scene: SceneSpec, seed: int, name: str, shape: tuple[int, ...]) -> Array:
+    """Draw when every pair of images begins."""
+    jitter = scene.experiment.schedule.start_jitter_s
+    rng = stream(seed, "experiment", name, "start")
+    drawn: Array = scene.sensor.start_s + jitter * rng.random(shape)
+    return drawn
 
 
 def _require_in_view(

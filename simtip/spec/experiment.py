@@ -175,6 +175,17 @@ class ScheduleSpec(Part):
     setup_runs: Annotated[
         int, Field(ge=2, le=1000, description="Of every set-up, for gauge R&R.")
     ] = 2
+    start_jitter_s: Annotated[
+        FiniteFloat,
+        Field(
+            ge=0,
+            le=1,
+            description=(
+                "Every pair of images begins at a moment of its own, at random up to so long after "
+                "sensor.start_s, s: where lamps ripple. 0 is a camera that the mains trigger."
+            ),
+        ),
+    ] = 0.0
     registration: Annotated[
         tuple[int, int, int] | None,
         Field(

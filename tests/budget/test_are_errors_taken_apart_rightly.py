@@ -70,8 +70,8 @@ def made_up(truth, *, quantised=0.3, noise=0.1, short=8.0, defocus=1.5):
         shaken = RNG.normal(0, noise, (REPLICATES, *truth.true_px.shape))
         for quantisation in (False, True):
             one = calm + rounding * quantisation
-            found[focus, False, quantisation] = one[None]
-            found[focus, True, quantisation] = one + shaken
+            found[focus, False, False, quantisation] = one[None]
+            found[focus, True, False, quantisation] = one + shaken
     return Observed(found, True, Counter())
 
 
@@ -112,7 +112,7 @@ def test_all_causes_are_what_was_seen(lens_scene, truth):
     rig = lens_scene.rig.rig()
     from simtip.triangulate import triangulate_points
 
-    tips = seen.tips_px[True, True, True]
+    tips = seen.tips_px[True, True, False, True]
     points = triangulate_points(tips[:, :, 0], tips[:, :, 1], rig, "svd")
     wanted = ((points - truth.tips_mm) ** 2).sum(axis=-1)
     found = errors(lens_scene, truth, seen).squares(frozenset(Cause))
@@ -129,7 +129,7 @@ def test_the_reference_counts_in_displacements_only(lens_scene, truth):
 
 def test_a_place_unseen_in_any_state_does_not_count(lens_scene, truth):
     seen = made_up(truth)
-    seen.tips_px[False, True, False][2, 3] = np.nan
+    seen.tips_px[False, True, False, False][2, 3] = np.nan
     found = errors(lens_scene, truth, seen)
     assert found.kept.tolist() == [True, True, True, False, True, True]
     assert np.isfinite(found.squares(frozenset(Cause))["step"]).all()

@@ -155,14 +155,26 @@ def test_nothing_seen_is_the_users_affair(scene):
         analysed(experiment(scene), lambda series: np.full(series.tip_mm.shape, np.nan))
 
 
-def test_each_distinct_place_is_one_render(scene):
+def test_each_distinct_place_is_one_pair_of_images_but_for_noise(scene):
     own, *_ = series_of(experiment(scene, stage=StageSpec(backlash_mm=0.1)), 1)
-    places, place, turn = own.places()
-    assert len(places) == 15
+    shots, shot, turn = own.shots()
+    assert len(shots) == 15
     assert turn.max() == 4
-    assert (place == place[0]).all()
+    assert (shot == shot[0]).all()
     scattered, *_ = series_of(experiment(scene, stage=StageSpec(positioning_mm=0.001)), 1)
-    assert len(scattered.places()[0]) == 75
+    assert len(scattered.shots()[0]) == 75
+
+
+def test_every_pair_of_images_has_its_own_moment(scene):
+    schedule = ScheduleSpec(registration=None, start_jitter_s=0.01)
+    own, *_ = series_of(experiment(scene, schedule=schedule), 1)
+    shots, _, turn = own.shots()
+    starts = np.array([start for _, start in shots])
+    assert len(shots) == 75
+    assert turn.max() == 0
+    assert len({tip for tip, _ in shots}) == 15
+    assert 0 <= starts.min() < 0.001
+    assert 0.009 < starts.max() < 0.01
 
 
 def test_a_stroke_out_of_the_picture_is_refused_before_anything_runs(scene):
