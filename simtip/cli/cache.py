@@ -16,9 +16,9 @@ from simtip.sweep.cache import (
     DEFAULT_LIMIT_BYTES,
     FOLDER_VARIABLE,
     Cache,
-    Kind,
     default_folder,
 )
+from simtip.sweep.cache_items import Kind
 from simtip.sweep.sizes import SIZE_OPTION, parse_size, shown_size
 
 CacheOption = Annotated[

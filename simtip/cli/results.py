@@ -60,7 +60,8 @@ def results(
     ] = None,
 ) -> None:
     """Show what a sweep has found, also while it is running."""
-    from simtip.sweep.summary import filtered, to_csv
+    from simtip.sweep.conditions import filtered
+    from simtip.sweep.csv_text import to_csv
     from simtip.sweep.table import Table
 
     _check_outputs(csv, as_json)
@@ -111,7 +112,7 @@ def _names(text: str, option: str) -> list[str]:
 
 
 def _sorted(rows: pd.DataFrame, column: str | None) -> pd.DataFrame:
-    from simtip.sweep.summary import nearest
+    from simtip.sweep.frames import nearest
 
     if column is None:
         return rows
@@ -130,7 +131,7 @@ def _cut(rows: pd.DataFrame, limit: int | None) -> pd.DataFrame:
 
 def _records(rows: pd.DataFrame) -> list[dict[str, Any]]:
     """Give the rows for JSON, which has neither NaN nor infinity."""
-    from simtip.sweep.summary import plain
+    from simtip.sweep.frames import plain
 
     names = [str(name) for name in rows.columns]
     columns = [[_finite(value) for value in plain(rows[name])] for name in names]
@@ -229,7 +230,7 @@ def _varying_table(chosen: pd.DataFrame, names: Iterable[str]) -> RichTable:
 
 def _which(column: pd.Series[Any]) -> str:
     """List a column's values if they are few, else the ends of their range."""
-    from simtip.sweep.summary import kind_of, plain
+    from simtip.sweep.frames import kind_of, plain
 
     values = plain(column.drop_duplicates().sort_values())
     told = [_words(value) for value in values]
@@ -242,7 +243,7 @@ def _which(column: pd.Series[Any]) -> str:
 
 
 def _rows_table(title: str, rows: pd.DataFrame) -> RichTable:
-    from simtip.sweep.summary import kind_of, plain
+    from simtip.sweep.frames import kind_of, plain
 
     names = [str(name) for name in rows.columns]
     table = _empty_table(title, names, [kind_of(rows[name]) != "text" for name in names])

@@ -15,7 +15,7 @@ from simtip.errors import InputError
 
 if TYPE_CHECKING:
     from simtip.sweep.plan import Plan
-    from simtip.sweep.running import Tally
+    from simtip.sweep.tally import Tally
     from simtip.sweep.work import Setup
 
 

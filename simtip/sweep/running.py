@@ -14,7 +14,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from simtip.errors import InputError
@@ -23,8 +22,8 @@ from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
 from simtip.sweep.pool import Pool, clear_up, exit_code, is_crash, stop
 from simtip.sweep.rows import Form, failed
-from simtip.sweep.speeds import Spent
 from simtip.sweep.table import OK, Table
+from simtip.sweep.tally import Report, Tally
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
 
 JOB_S = 2.0
@@ -55,41 +54,6 @@ NOTES = ".notes"
 MOST_LIGHT_TRIES = 2
 """Of a block's light; then its trials find out for themselves what ends the process."""
 
-
-@dataclass
-class Tally:
-    """How far a sweep is.
-
-    Attributes
-    ----------
-    total, before, done
-        Trials: of the plan, found done, done now.
-    failed
-        By status, of those done now.
-    counts
-        How often each stage was worked out now.
-    crashes
-        Worker processes that died.
-    spent
-        Time in stages.
-    """
-
-    total: int
-    before: int = 0
-    done: int = 0
-    failed: Counter[str] = field(default_factory=Counter)
-    counts: Counter[str] = field(default_factory=Counter)
-    crashes: int = 0
-    spent: Spent = field(default_factory=Spent)
-    started: float = field(default_factory=time.perf_counter)
-
-    @property
-    def seconds(self) -> float:
-        """Wall time so far."""
-        return time.perf_counter() - self.started
-
-
-Report = Callable[[Tally], None]
 Work = Callable[[Job], Done]
 
 
