@@ -19,7 +19,7 @@ from simtip.measuring_rig import measuring_rig
 from simtip.mix import steady_weights
 from simtip.noise_budget import noise_tolerance
 from simtip.spec import SceneSpec
-from simtip.sweep.assignment import Scenes
+from simtip.sweep.assignment import Scenes, require_plain
 from simtip.sweep.columns import Kind
 from simtip.sweep.detectors import Measuring, measuring
 from simtip.sweep.levels import Dimension, mixed_radix, points
@@ -77,6 +77,7 @@ class Plan:
         self, spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...] = (), name: str = ""
     ) -> None:
         self.spec, self.allowed = spec, allowed
+        require_plain(spec.base)
         self.scenes = Scenes(Scenes(scene, name).with_values(spec.base), name)
         self.base = self.scenes.base
         self.seed = self.base.seed if spec.seed is None else spec.seed

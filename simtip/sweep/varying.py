@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +13,12 @@ import numpy as np
 from simtip.errors import InputError
 from simtip.light_inputs import light_digest
 from simtip.measuring_rig import measuring_rig
-from simtip.sweep.assignment import Scenes
+from simtip.sweep.assignment import Scenes, require_plain
 from simtip.sweep.detectors import Measuring
 from simtip.sweep.levels import Dimension, values_of
 from simtip.sweep.spec import GridSpec, RangeSpec, SweepSpec
 from simtip.sweep.stage_keys import digest_of
-from simtip.yaml_file import dotted, undotted
+from simtip.yaml_file import undotted
 
 DETECT = "detect."
 NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
@@ -81,7 +81,7 @@ class _Sorter:
             for group in self._spec.zipped
             if group
         ]
-        _require_plain([path for one in made for path in one.paths])
+        require_plain([path for one in made for path in one.paths])
         by_stage: dict[str, list[Dimension]] = {"light": [], "images": [], "measure": []}
         for one in made:
             self._check(one)
@@ -120,15 +120,29 @@ class _Sorter:
         for level in tried_levels(one):
             values = dict(zip(one.paths, level, strict=True))
             scene = _of_scene(values)
-            if "detect" in scene or "detect.name" in values:
-                raise InputError(
-                    "is varied by detectors", field="detect", remedy="list them in detectors"
-                )
+            for path in ("detect", "detect.name"):
+                if path in values:
+                    raise InputError(
+                        "is varied by detectors", field=path, remedy="list them in detectors"
+                    )
             if scene:
-                measuring_rig(self._scenes.with_values(scene))
+                self._check_scene(scene)
             asked = {p.removeprefix(DETECT): v for p, v in values.items() if p.startswith(DETECT)}
             for name, value in asked.items():
                 self._check_parameter(name, value)
+
+    def _check_scene(self, values: dict[str, Any]) -> None:
+        try:
+            measuring_rig(self._scenes.with_values(values))
+        except InputError as error:
+            if error.file is not None or error.field is None or _is_about(error.field, values):
+                raise
+            # What else the scene says is right: it was read.
+            raise InputError(
+                f"does not go with {error.field}: {error.problem}",
+                field=next(iter(values)),
+                remedy=error.remedy,
+            ) from error
 
     def _check_parameter(self, name: str, value: object) -> None:
         taking = [one for one in self._detectors if one.type_of(name) is not None]
@@ -159,18 +173,11 @@ def _of_scene(values: dict[str, Any]) -> dict[str, Any]:
     return {path: value for path, value in values.items() if not path.startswith(DETECT)}
 
 
-def _require_plain(paths: list[str]) -> None:
-    """Refuse fields that are not written as simtip writes them: the same could stand there twice.
-
-    Raises
-    ------
-    InputError
-        One is not.
-    """
-    for path in paths:
-        plain = dotted(undotted(path))
-        if path != plain:
-            raise InputError("is no plain name", field=path, remedy=f"write it {plain!r}")
+def _is_about(field: str, paths: Iterable[str]) -> bool:
+    """Say whether a field is one of these, or lies around or within one."""
+    wanted = undotted(field)
+    pairs = (zip(wanted, undotted(path), strict=False) for path in paths)
+    return any(all(one == other for one, other in pair) for pair in pairs)
 
 
 def _require_distinct(one: Dimension) -> None:
