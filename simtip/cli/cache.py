@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simtip.cli.options import JsonOption
+from simtip.cli.options import JsonOption, named
 from simtip.cli.output import print_json, say, to_stdout
 from simtip.detect.excerpt import printable
 from simtip.errors import InputError
@@ -25,6 +25,7 @@ CacheOption = Annotated[
     Path | None,
     typer.Option(
         "--cache",
+        parser=named,
         metavar="DIR",
         help=f"Folder of the cache; else that of {FOLDER_VARIABLE}, else this user's own.",
     ),

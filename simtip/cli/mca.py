@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from simtip.cli.options import JsonOption
+from simtip.cli.options import JsonOption, named
 from simtip.cli.output import print_json
 from simtip.errors import InputError
 
@@ -18,6 +18,7 @@ def mca(
         Path,
         typer.Option(
             "--csv",
+            parser=named,
             metavar="FILE",
             help="Measurements: a header, then a row each. Columns: measured; reference for "
             "accuracy and agreement; part for repeatability; operator for gauge R&R; trial; run.",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from simtip.cli.options import named
 from simtip.cli.output import say, to_stdout
 from simtip.errors import InputError
 
@@ -29,7 +30,7 @@ FEW = 6
 
 
 def results(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
+    folder: Annotated[Path, typer.Argument(parser=named, metavar="DIR", help="Folder of a sweep.")],
     by: Annotated[
         str | None,
         typer.Option("--by", metavar="COLUMNS", help="Group by these, e.g. sensor.gain,detector."),
@@ -233,7 +234,7 @@ def _which(column: pd.Series[Any]) -> str:
     from simtip.sweep.frames import kind_of, plain
 
     values = plain(column.drop_duplicates().sort_values())
-    told = [_words(value) for value in values]
+    told = [_words(value) for value in _readable(column.name, values)]
     if len(told) <= FEW:
         return ", ".join(told)
     if kind_of(column) == "text":
@@ -247,9 +248,20 @@ def _rows_table(title: str, rows: pd.DataFrame) -> RichTable:
 
     names = [str(name) for name in rows.columns]
     table = _empty_table(title, names, [kind_of(rows[name]) != "text" for name in names])
-    for row in zip(*(plain(rows[name]) for name in names), strict=True):
+    columns = [_readable(name, plain(rows[name])) for name in names]
+    for row in zip(*columns, strict=True):
         table.add_row(*map(_cell, row))
     return table
+
+
+def _readable(name: object, values: list[Any]) -> list[Any]:
+    """Give a column's values with parts and lists, which factors may have, in few words."""
+    from simtip.cli.compact import compact
+    from simtip.sweep.columns import FIXED
+
+    if name in {column.name for column in FIXED}:
+        return values
+    return [compact(value) if isinstance(value, str) else value for value in values]
 
 
 def _empty_table(

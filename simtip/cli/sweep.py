@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from simtip.cli.errors import INTERRUPTED, as_option, fail
-from simtip.cli.options import BackendOption, JsonOption
+from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
 
@@ -20,9 +20,12 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="Sweep file (YAML).")],
+    file: Annotated[Path, typer.Argument(parser=named, metavar="SWEEP", help="Sweep file (YAML).")],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder of results; gone on with.")
+        Path,
+        typer.Option(
+            "-o", "--out", parser=named, metavar="DIR", help="Folder of results; gone on with."
+        ),
     ],
     workers: Annotated[
         int | None,
@@ -40,7 +43,8 @@ def sweep(
         bool, typer.Option("--retry-failed", help="Also try again what failed.")
     ] = False,
     cache: Annotated[
-        Path | None, typer.Option("--cache", metavar="DIR", help="Of renders and images.")
+        Path | None,
+        typer.Option("--cache", parser=named, metavar="DIR", help="Of renders and images."),
     ] = None,
     cache_size: Annotated[
         str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
