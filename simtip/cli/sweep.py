@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simtip.cli.errors import INTERRUPTED, as_option, fail
+from simtip.cli.errors import as_option
 from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
+from simtip.interrupts import nothing_begun
 
 if TYPE_CHECKING:
     from simtip.sweep.plan import Plan
+    from simtip.sweep.sweep_file import SweepFile
     from simtip.sweep.tally import Tally
     from simtip.sweep.work import Setup
 
@@ -60,35 +63,25 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Vary a scene and its detectors, and measure every combination."""
-    from simtip.sweep.plan import Plan
-    from simtip.sweep.sweep_file import read_sweep
-
     if any(not one.strip() for one in detector or ()):
         raise InputError("is empty", field="--detector", remedy="name a detector")
     if scheduler is not None and workers is not None:
         raise InputError(
             "is the cluster's affair", field="--workers", remedy="leave it out with --scheduler"
         )
-    source = read_sweep(file)
-    spec = source.spec
-    if detector:
-        spec = spec.model_copy(update={"detectors": list(detector)})
-    try:
-        plan = Plan(spec, source.scene, tuple(detector or ()), str(file))
-    except InputError as error:
-        if detector and (error.field or "").startswith("detectors"):
-            raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
-        raise source.located(error) from error
-    try:
-        setup = _setup(plan, backend, cache, cache_size, time_limit)
-        if dry_run:
-            _foretell(plan, setup, workers or _cores(), out, as_json=as_json)
-            return
-        tally = _run(plan, setup, out, workers or _cores(), scheduler, retry_failed=retry_failed)
-    except InputError as error:
-        if (error.field or "-").startswith("-"):
-            raise
-        raise source.located(error) from error
+    with nothing_begun():
+        from simtip.cli.sweep_run import cores, run_in
+        from simtip.sweep.sweep_file import read_sweep
+
+        source = read_sweep(file)
+        with _located(source):
+            plan = _plan(source, detector)
+            setup = _setup(plan, backend, cache, cache_size, time_limit)
+            if dry_run:
+                _foretell(plan, setup, workers or cores(), out, as_json=as_json)
+                return
+    with _located(source):
+        tally = run_in(out, plan, setup, workers or cores(), scheduler, retry_failed=retry_failed)
     said = summary_of(tally)
     if as_json:
         print_json({"out": str(out), **said})
@@ -96,8 +89,29 @@ def sweep(
         say(_in_words(said, out))
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+@contextmanager
+def _located(source: SweepFile) -> Iterator[None]:
+    """Give an error about a field the line in its file."""
+    try:
+        yield
+    except InputError as error:
+        if (error.field or "-").startswith("-"):
+            raise
+        raise source.located(error) from error
+
+
+def _plan(source: SweepFile, detector: list[str] | None) -> Plan:
+    from simtip.sweep.plan import Plan
+
+    spec = source.spec
+    if detector:
+        spec = spec.model_copy(update={"detectors": list(detector)})
+    try:
+        return Plan(spec, source.scene, tuple(detector or ()), source.document.file)
+    except InputError as error:
+        if detector and (error.field or "").startswith("detectors"):
+            raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
+        raise
 
 
 def _setup(
@@ -121,79 +135,6 @@ def _setup(
         *(sweep, scene, plan.allowed, chosen.name, kept, limit, float(time_limit)),
         code=plan.code(chosen.variant),
     )
-
-
-def _run(
-    plan: Plan,
-    setup: Setup,
-    out: Path,
-    workers: int,
-    scheduler: str | None,
-    *,
-    retry_failed: bool,
-) -> Tally:
-    from dataclasses import replace
-
-    from simtip.provenance import environment
-    from simtip.sweep.forecast import megapixels_of
-    from simtip.sweep.pool import Pool
-    from simtip.sweep.progress import progress
-    from simtip.sweep.resuming import alone, open_table
-    from simtip.sweep.running import run_sweep
-    from simtip.sweep.speeds import keep_speeds
-    from simtip.sweep.work import Job, run_job
-
-    about = {
-        **environment(),
-        "backend": setup.backend,
-        "sweep": setup.sweep,
-        "scene": setup.scene,
-    }
-    workers = min(workers, len(plan))
-    pool = Pool(workers, scheduler)
-    if pool.local:
-        renders = max(1, -(-len(plan) // plan.block))
-        setup = replace(
-            setup,
-            threads=max(1, _cores() // workers),
-            light_threads=max(1, _cores() // min(workers, renders)),
-        )
-    try:
-        with alone(out):
-            pool.get_ready(run_job, Job(setup, ()))
-            table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
-            table.compact()
-            before = int(done.sum())
-            with progress(len(plan)) as report:
-                try:
-                    tally = run_sweep(
-                        plan,
-                        table,
-                        setup,
-                        pool,
-                        done=lambda number: bool(done[number]),
-                        report=report,
-                        before=before,
-                    )
-                except KeyboardInterrupt:
-                    kept = len(table.keys())
-                    fail(
-                        f"interrupted with {kept} of {len(plan)} trials done; "
-                        "the same command goes on",
-                        INTERRUPTED,
-                    )
-            table.compact()
-            keep_speeds(setup.cache, tally.spent.means(megapixels_of(plan)))
-            return tally
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(
-            f"cannot be written ({reason})",
-            file=out,
-            remedy="free some space and give the same command: it goes on",
-        ) from error
-    finally:
-        pool.close()
 
 
 def summary_of(tally: Tally) -> dict[str, Any]:

@@ -13,10 +13,10 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import suppress
 from pathlib import Path
 
 from simtip.errors import InputError
+from simtip.interrupts import Presses, counted
 from simtip.sweep.crashes import Crashes
 from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
@@ -36,6 +36,9 @@ FIRST_IN_JOB = 2
 
 PARTING_S = 8.0
 """After Ctrl-C, for jobs in flight to come to their end."""
+
+LOOK_S = 0.2
+"""So often it is looked whether Ctrl-C was pressed."""
 
 FLUSH_S = 2.0
 """Rows are written so often."""
@@ -146,36 +149,47 @@ class _Run:
 
     def all(self) -> None:
         """Work until nothing is left; what goes wrong leaves the rows at hand written."""
-        try:
+        with counted() as presses:  # an interrupt anywhere else would tear rows at hand apart
+            try:
+                self._work_off(presses)
+            except KeyboardInterrupt:
+                self._finish_flying(presses)
+                raise
+            except BaseException:
+                stop(self._executor)
+                self._flush(0)
+                raise
+            stop(self._executor)  # they are idle, and take a while to leave by themselves
+            self._flush(0)
+            self._report(self.tally)
+            shutil.rmtree(self._notes, ignore_errors=True)
+
+    def _work_off(self, presses: Presses) -> None:
+        self._hand_out()
+        while self._pending:
+            finished, _ = wait(self._pending, timeout=LOOK_S, return_when=FIRST_COMPLETED)
+            clear_up(self._executor)
+            self._take_in(finished)
+            self._flush(FLUSH_S)
+            self._report(self.tally)
+            if presses.count:
+                raise KeyboardInterrupt
             self._hand_out()
-            while self._pending:
-                finished, _ = wait(self._pending, timeout=1.0, return_when=FIRST_COMPLETED)
-                clear_up(self._executor)
+
+    def _finish_flying(self, presses: Presses) -> None:
+        """Take in what is in flight, unless it takes long or the user insists."""
+        insisting = presses.count + 1
+        until = time.monotonic() + PARTING_S
+        try:
+            while time.monotonic() < until and presses.count < insisting:
+                flying = [f for f, job in self._pending.items() if not job.only_light]
+                if not flying:
+                    break
+                finished, _ = wait(flying, timeout=LOOK_S, return_when=FIRST_COMPLETED)
                 self._take_in(finished)
-                self._flush(FLUSH_S)
-                self._report(self.tally)
-                self._hand_out()
-        except KeyboardInterrupt:
-            self._finish_flying()
-            raise
-        except BaseException:
+        finally:
             stop(self._executor)
             self._flush(0)
-            raise
-        stop(self._executor)  # they are idle, and take a while to leave by themselves
-        self._flush(0)
-        self._report(self.tally)
-        shutil.rmtree(self._notes, ignore_errors=True)
-
-    def _finish_flying(self) -> None:
-        """Take in what is in flight, unless it takes long or the user insists."""
-        with suppress(KeyboardInterrupt):
-            finished, _ = wait(
-                [f for f, job in self._pending.items() if not job.only_light], PARTING_S
-            )
-            self._take_in(finished)
-        stop(self._executor)
-        self._flush(0)
 
     def _hand_out(self) -> None:
         """Keep the workers busy."""

@@ -23,6 +23,7 @@ from simtip.seeding import SEED_LIMIT
 from simtip.simulation import expose_pair
 from simtip.spec import SceneSpec
 from simtip.sweep.cache import Cache
+from simtip.sweep.leaving import ToldToLeaveError, leaving_at_once
 from simtip.sweep.limit import Limit
 from simtip.sweep.memory import Memory, Records
 from simtip.sweep.plan import Plan, Trial
@@ -116,14 +117,23 @@ class Stages:
         """How often each stage was worked out."""
 
     def row(self, trial: Trial) -> Row:
-        """Give a trial's row of the table; what fails is a row with its reason."""
+        """Give a trial's row of the table; what fails is a row with its reason.
+
+        Raises
+        ------
+        ToldToLeaveError
+            The process was told to leave meanwhile: nothing is known of the trial.
+        """
         key = self._plan.key(trial)
         try:
             setting = self._setting(trial)
             found = self._measured(trial, setting)
         except InputError as error:
             return failed(trial, key, INVALID, str(error), self._form)
-        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 (no trial ends the others, and resuming would find it again)
+        except ToldToLeaveError:
+            raise
+        # A detector may raise an interrupt, too: resuming would come upon it again and again.
+        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 (no trial ends the others)
             reason = "".join(traceback.format_exception_only(error)).strip()
             return failed(trial, key, ERROR, reason, self._form)
         return row_of(trial, key, setting, found, self._form)
@@ -254,7 +264,7 @@ class Stages:
     def _rendered(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
         spec = setting.rendered
         start = time.perf_counter()
-        with limited_threads(self._threads):
+        with leaving_at_once(), limited_threads(self._threads):
             views = render_pair(
                 spec, backend=self._backend, seed=spec.seed, tolerance=noise_tolerance(spec)
             )

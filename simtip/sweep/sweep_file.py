@@ -84,13 +84,13 @@ def place_of(data: Any, field: str) -> FieldPath | None:
 def _varied(data: Any) -> Iterator[FieldPath]:
     """Give the places where a sweep's data names fields of the scene."""
     said = data if isinstance(data, dict) else {}
+    parts: dict[FieldPath, Any] = {(name,): said.get(name) for name in ("factors", "base")}
     groups = said.get("zipped")
-    parts = [(name,) for name in ("factors", "base")]
-    parts += [("zipped", k) for k in range(len(groups) if isinstance(groups, list) else 0)]
-    for part in parts:
-        names = said.get(part[0]) if len(part) == 1 else groups[part[1]]
+    for number, group in enumerate(groups if isinstance(groups, list) else ()):
+        parts["zipped", number] = group
+    for place, names in parts.items():
         for name in names if isinstance(names, dict) else ():
-            yield (*part, name)
+            yield (*place, name)
 
 
 def read_sweep(path: str | Path) -> SweepFile:
