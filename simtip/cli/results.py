@@ -256,8 +256,8 @@ def _rows_table(title: str, rows: pd.DataFrame) -> RichTable:
 
 def _readable(name: object, values: list[Any]) -> list[Any]:
     """Give a column's values with parts and lists, which factors may have, in few words."""
-    from simtip.cli.compact import compact
     from simtip.sweep.columns import FIXED
+    from simtip.sweep.compact import compact
 
     if name in {column.name for column in FIXED}:
         return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -65,6 +66,13 @@ def sweep(
     """Vary a scene and its detectors, and measure every combination."""
     if any(not one.strip() for one in detector or ()):
         raise InputError("is empty", field="--detector", remedy="name a detector")
+    twice = next((one for one, count in Counter(detector or ()).items() if count > 1), None)
+    if twice is not None:
+        raise InputError(
+            f"names {twice[:80]!r} twice",
+            field="--detector",
+            remedy="name it once, or in the sweep file under a label each",
+        )
     if scheduler is not None and workers is not None:
         raise InputError(
             "is the cluster's affair", field="--workers", remedy="leave it out with --scheduler"
@@ -170,8 +178,9 @@ def _in_words(said: dict[str, Any], out: Path) -> str:
 
 def _foretell(plan: Plan, setup: Setup, workers: int, out: Path, *, as_json: bool) -> None:
     from simtip.sweep.forecast import forecast, in_words
-    from simtip.sweep.resuming import rows_of
+    from simtip.sweep.resuming import check_folder, rows_of
 
+    check_folder(out)
     said = {**forecast(plan, setup, workers), "rows": rows_of(out)}
     if as_json:
         print_json(said)

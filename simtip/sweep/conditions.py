@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.errors import InputError
+from simtip.sweep.compact import compact
 from simtip.sweep.frames import kind_of, marks, require
 
 if TYPE_CHECKING:
@@ -38,7 +39,8 @@ def filtered(frame: pd.DataFrame, conditions: Iterable[str]) -> pd.DataFrame:
         As `Table.frame` gives it.
     conditions
         Each ``column OP value``, OP being one of ``== != < <= > >=``; the value is read as the
-        column's kind. A missing value meets no condition.
+        column's kind, a part of a scene as JSON or in few words (`simtip.sweep.compact`). A missing
+        value meets no condition.
 
     Raises
     ------
@@ -63,6 +65,9 @@ def _met(frame: pd.DataFrame, condition: str) -> NDArray[np.bool_]:
     require(name, frame, "--where")
     column = frame[name]
     value = _value(text, kind_of(column), name, sign)
+    if kind_of(column) == "text" and not marks(column == value).any():
+        # Parts may be named as they are shown, too.
+        column = column.map(compact, na_action="ignore")
     return marks(OPERATORS[sign](column, value)) & marks(column.notna())
 
 

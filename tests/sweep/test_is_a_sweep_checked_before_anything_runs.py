@@ -205,6 +205,10 @@ def test_on_the_command_line_it_is_exit_code_2_and_nothing_is_written(tmp_path, 
             ["--dry-run", "--detector", "lin2020", "--detector", "cmd:no-such-program {image}"],
             "--detector: no-such-program cannot be started: no such program in PATH",
         ),
+        (
+            ["--detector", "lin2020", "--detector", "lin2020"],
+            "--detector: names 'lin2020' twice; name it once",
+        ),
         (["--scheduler", "foo"], "--scheduler: 'foo' is no address; write e.g. tcp://host:8786"),
         (["--scheduler", "tcp://a:1", "--workers", "2"], "--workers: is the cluster's affair"),
     ],
@@ -217,6 +221,22 @@ def test_options_that_cannot_be(options, said, tmp_path):
     assert isinstance(done.exception, InputError)
     assert said in str(done.exception)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--dry-run"]])
+@pytest.mark.parametrize(
+    ("name", "said"), [("other", "holds something else (photo.png)"), ("file", "file: cannot be")]
+)
+def test_a_folder_that_cannot_be_is_said_by_a_dry_run_too(name, said, more, tmp_path):
+    scene_file(tmp_path)
+    (tmp_path / "sweep.yaml").write_text("scene: scene.yaml")
+    (tmp_path / "file").touch()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "photo.png").touch()
+    words = ["sweep", str(tmp_path / "sweep.yaml"), "-o", str(tmp_path / name), *more]
+    done = CliRunner().invoke(app, words)
+    assert isinstance(done.exception, InputError)
+    assert said in str(done.exception)
 
 
 @pytest.mark.parametrize("text", ["[]", "3", "", "{", "scene: !!python/name:os.system"])

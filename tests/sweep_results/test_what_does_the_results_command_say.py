@@ -122,6 +122,9 @@ def test_parts_are_told_on_one_line(tmp_path, ask, monkeypatch):
     assert '"kind"' not in said
     groups = ask(str(tmp_path / "out"), "--by", "needle.tip.kind").out
     assert " cone length_mm=5 " in groups
+    for written in ("cone length_mm=5", texts[0]):
+        where = ["--where", f"needle.tip.kind=={written}", "--json"]
+        assert [one["trial"] for one in json.loads(ask(str(tmp_path / "out"), *where).out)] == [0]
     # Others read it as it was.
     told = json.loads(ask(str(tmp_path / "out"), "--json").out)
     assert [one["needle.tip.kind"] for one in told] == texts
