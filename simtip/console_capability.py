@@ -25,12 +25,53 @@ Row = tuple[str, float | None, list[float | None] | None]
 def show_capability(result: dict[str, Any]) -> None:
     """Print what ``mca --json`` holds, as tables, with what was left out and why."""
     console = Console()
-    percent = f"{100 * result['level']:g} % interval"
     _line(
         console,
         f"{result['file']}: {result['rows']} rows, {result['runs']} runs, "
         f"readings are {result['readings']}s; in the file's own unit",
     )
+    _analyses(console, result)
+    _remarks(console, result)
+
+
+def show_experiment(result: dict[str, Any]) -> None:
+    """Print what ``mca SCENE --json`` holds, likewise; lengths are in millimetres."""
+    console = Console()
+    seen = result["detection"]
+    failed = "".join(f", {count} {name}" for name, count in seen["failed"].items())
+    _line(
+        console,
+        f"{result['scene']}: {result['detector']}, {seen['measurements']} measurements, "
+        f"{100 * seen['rate']:.4g} % with a tip{failed}; lengths in mm",
+    )
+    _analyses(console, result)
+    _table(console, "position: measured - true", _percent(result), _position(result))
+    frame = result["registration"]
+    if frame is not None:
+        error = frame["position_error_mm"]
+        _line(
+            console,
+            f"registration of the stage's frame: FRE {_number(frame['fre_rms_mm'])} mm, turned by "
+            f"{_number(frame['rotation_error_deg'])} degrees; tips in that frame are off by "
+            f"{_number(error['rms'])} mm (RMS), {_number(error['max'])} mm at most",
+        )
+    _remarks(console, result)
+
+
+def _percent(result: dict[str, Any]) -> str:
+    return f"{100 * result['level']:g} % interval"
+
+
+def _position(result: dict[str, Any]) -> list[Row]:
+    told = result["position"]
+    rows: list[Row] = [
+        (f"mean error, {axis}", told[axis]["mean_mm"], told[axis]["mean_ci_mm"]) for axis in "xyz"
+    ]
+    return [*rows, ("RMS distance", told["rms_mm"], None), ("max distance", told["max_mm"], None)]
+
+
+def _analyses(console: Console, result: dict[str, Any]) -> None:
+    percent = _percent(result)
     if result["accuracy"] is not None:
         _table(console, "accuracy: measured - reference", percent, _accuracy(result["accuracy"]))
     if result["agreement"] is not None:
@@ -45,7 +86,6 @@ def show_capability(result: dict[str, Any]) -> None:
             _line(console, _verdict(verdict))
     if result["grr"] is not None:
         _gauge(console, result["grr"], percent)
-    _remarks(console, result)
 
 
 def _accuracy(told: dict[str, Any]) -> list[Row]:

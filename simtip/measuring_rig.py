@@ -34,7 +34,26 @@ def measuring_rig(spec: SceneSpec) -> StereoRig:
     if path is None:
         return true
     whole = spec.rig.left.camera(whole=True).size, spec.rig.right.camera(whole=True).size
-    rig = read_rig(path, *whole)
+    return read_out(read_rig(path, *whole), spec, path)
+
+
+def read_out(rig: StereoRig, spec: SceneSpec, path: str) -> StereoRig:
+    """Give a rig of a scene's whole sensors, or of what is read out of them, for the latter.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    spec
+        The scene.
+    path
+        Where it is from, for messages.
+
+    Raises
+    ------
+    InputError
+        It is for images of another size.
+    """
     left, right = (
         _cropped(side, camera, spec_of, path)
         for side, camera, spec_of in (

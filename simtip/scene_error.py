@@ -34,7 +34,9 @@ _WANTED = {
 """What pydantic's error types ask for, in the words of a YAML file."""
 
 
-def input_error(document: Document, error: ValidationError) -> InputError:
+def input_error(
+    document: Document, error: ValidationError, within: tuple[str, ...] = ()
+) -> InputError:
     """Turn pydantic's errors about a scene into one line.
 
     Parameters
@@ -43,19 +45,23 @@ def input_error(document: Document, error: ValidationError) -> InputError:
         The file.
     error
         What pydantic found wrong in it.
+    within
+        The part of a scene that the file is, if it is no whole one.
     """
     found = error.errors(include_url=False)
     # A misspelled key also shows up as a missing one: the misspelling is what the user can see.
     first = min(found, key=lambda e: e["type"] != "extra_forbidden")
-    path, parent = _locate(first["loc"])
-    problem, path, remedy = _explain(first, path, parent)
+    where = (*within, *first["loc"])
+    path, parent = _locate(where)
+    problem, path, remedy = _explain(first, where, path, parent)
+    path = path[len(within) :]
     if len(found) > 1:
         problem += f" (and {len(found) - 1} more)"
     return document.error(problem, path, remedy=remedy)
 
 
 def _explain(
-    error: ErrorDetails, path: FieldPath, parent: object
+    error: ErrorDetails, where: tuple[int | str, ...], path: FieldPath, parent: object
 ) -> tuple[str, FieldPath, str | None]:
     """Give the problem, the path to name and the remedy."""
     kind, value, context = error["type"], error["input"], error.get("ctx", {})
@@ -69,7 +75,7 @@ def _explain(
         return f"has to be {_WANTED[kind]}, not {shown(value)}", path, _type_remedy(kind, value)
     if kind == "value_error":
         return _explain_refusal(context["error"], path)
-    limits = allowed_range(error["loc"]) if kind in _BOUND_ERRORS else None
+    limits = allowed_range(where) if kind in _BOUND_ERRORS else None
     wanted = f"has to be {limits}" if limits else error["msg"].replace("Input should ", "has to ")
     return f"{wanted}, not {shown(value)}", path, "correct the value"
 

@@ -126,7 +126,7 @@ def detector_of(spec: SceneSpec, allowed: str | None = None) -> ConfiguredDetect
     allowed
         A program or module that the caller is willing to run. A scene is data, often somebody
         else's: it may name a built-in detector or an installed plug-in, but ``cmd:...`` and
-        ``module:function`` only if they are equal to this.
+        ``module:function``, dithered or not, only if they are equal to this.
 
     Raises
     ------

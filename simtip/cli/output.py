@@ -39,6 +39,12 @@ def say(text: str) -> None:
         sys.stdout.write(text + "\n")
 
 
+def say_aside(text: str) -> None:
+    """Write a line to standard error: how far something is."""
+    if sys.stderr is not None:
+        sys.stderr.write(text + "\n")
+
+
 def print_json(data: dict[str, Any]) -> None:
     """Write one JSON object, in one line."""
     say(json.dumps(data, allow_nan=False))

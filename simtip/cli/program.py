@@ -10,6 +10,7 @@ import typer
 
 from simtip.cli.boards import boards
 from simtip.cli.bound import bound
+from simtip.cli.budget import budget
 from simtip.cli.cache import cache
 from simtip.cli.calibrate import calibrate
 from simtip.cli.camera import camera
@@ -55,7 +56,7 @@ def _root(
 
 COMMANDS: tuple[Callable[..., None], ...] = (
     *(run, render, remix, measure, detect, sweep, results),
-    *(rig, boards, calibrate, camera, mca, bound, doctor, schema),
+    *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simtip.cli.errors import as_option
+from simtip.cli.errors import fail
 from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
-from simtip.interrupts import nothing_begun
+from simtip.interrupts import INTERRUPTED, no_more, nothing_begun
 
 if TYPE_CHECKING:
     from simtip.sweep.plan import Plan
@@ -78,18 +78,27 @@ def sweep(
             "is the cluster's affair", field="--workers", remedy="leave it out with --scheduler"
         )
     with nothing_begun():
-        from simtip.cli.sweep_run import cores, run_in
+        from simtip.sweep.campaign import Means, carry_out, prepare
+        from simtip.sweep.resuming import rows_of
         from simtip.sweep.sweep_file import read_sweep
 
         source = read_sweep(file)
         with _located(source):
             plan = _plan(source, detector)
-            setup = _setup(plan, backend, cache, cache_size, time_limit)
+            means = Means(workers, scheduler, backend, cache, cache_size, time_limit)
+            setup = prepare(plan, means)
             if dry_run:
-                _foretell(plan, setup, workers or cores(), out, as_json=as_json)
+                _foretell(plan, setup, means.local_workers, out, as_json=as_json)
                 return
-    with _located(source):
-        tally = run_in(out, plan, setup, workers or cores(), scheduler, retry_failed=retry_failed)
+    try:
+        with _located(source):
+            tally = carry_out(plan, setup, out, means, retry_failed=retry_failed)
+    except KeyboardInterrupt:
+        no_more()
+        fail(
+            f"interrupted with {rows_of(out)} of {len(plan)} trials done; the same command goes on",
+            INTERRUPTED,
+        )
     said = summary_of(tally)
     if as_json:
         print_json({"out": str(out), **said})
@@ -120,29 +129,6 @@ def _plan(source: SweepFile, detector: list[str] | None) -> Plan:
         if detector and (error.field or "").startswith("detectors"):
             raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
         raise
-
-
-def _setup(
-    plan: Plan, backend: str | None, cache: Path | None, cache_size: str, time_limit: float
-) -> Setup:
-    from simtip.render import choose
-    from simtip.sweep.cache import Cache, default_folder
-    from simtip.sweep.resuming import as_json as data_of
-    from simtip.sweep.sizes import parse_size
-    from simtip.sweep.work import Setup
-
-    with as_option("--cache-size"):
-        limit = parse_size(cache_size)
-    folder = default_folder() if cache is None else cache
-    if limit and cache is not None:
-        Cache(folder, limit).check()
-    sweep, scene = data_of(plan)
-    kept = str(folder.absolute()) if limit else None
-    chosen = choose(backend)
-    return Setup(
-        *(sweep, scene, plan.allowed, chosen.name, kept, limit, float(time_limit)),
-        code=plan.code(chosen.variant),
-    )
 
 
 def summary_of(tally: Tally) -> dict[str, Any]:

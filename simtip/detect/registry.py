@@ -10,6 +10,8 @@ from typing import TypeAlias
 from simtip.detect import lin2020, subpixel
 from simtip.detect.command import PREFIX as COMMAND
 from simtip.detect.command import command_detector
+from simtip.detect.dithered import PREFIX as DITHERED
+from simtip.detect.dithered import dithered_detector, undithered
 from simtip.detect.imported import imported_detector
 from simtip.detect.parameters import FIELD_PREFIX, Parameter, nearest
 from simtip.detect.plugins import Plugin, PluginError, plugins
@@ -21,7 +23,10 @@ _BUILT_IN: Mapping[str, Detector] = MappingProxyType(
 )
 
 Reference: TypeAlias = str
-"""A built-in detector's name, a plug-in's, ``package.module:function`` or ``cmd:program ...``."""
+"""A built-in detector's name, a plug-in's, ``package.module:function`` or ``cmd:program ...``.
+
+Before each of them may stand ``dithered:``, see `simtip.detect.dithered`.
+"""
 
 
 @dataclass(frozen=True)
@@ -63,8 +68,9 @@ def get(reference: Reference) -> Detector:
     Parameters
     ----------
     reference
-        A built-in detector's name; else ``cmd:`` and a program with its arguments; else a
-        plug-in's name; else ``package.module:function``. So nothing can shadow a built-in.
+        A built-in detector's name; else ``cmd:`` and a program with its arguments; else
+        ``dithered:`` and another reference; else a plug-in's name; else
+        ``package.module:function``. So nothing can shadow a built-in.
 
     Raises
     ------
@@ -75,6 +81,8 @@ def get(reference: Reference) -> Detector:
         return _BUILT_IN[reference]
     if reference.startswith(COMMAND):
         return command_detector(reference)
+    if reference.startswith(DITHERED):
+        return dithered_detector(reference, get(undithered(reference)))
     for plugin in _plugins():
         if plugin.name == reference:
             return _loaded(plugin)
@@ -94,6 +102,8 @@ def listing(reference: Reference) -> Listing:
         return Listing(reference, "built in", detector)
     if reference.startswith(COMMAND):
         return Listing(reference, "external command", detector)
+    if reference.startswith(DITHERED):
+        return Listing(reference, listing(undithered(reference)).source, detector)
     sources = {plugin.name: _source(plugin) for plugin in _plugins()}
     return Listing(reference, sources.get(reference, "module"), detector)
 
@@ -102,8 +112,11 @@ def names_code(reference: Reference) -> bool:
     """Say whether a reference names a program to start or a module to import.
 
     A scene file may hold such a reference, but nobody should run code by opening a file: see
-    `simtip.trial.detector_of`. Built-in detectors and installed plug-ins are no such code.
+    `simtip.trial.detector_of`. Built-in detectors and installed plug-ins are no such code. What is
+    dithered is code if it is without that.
     """
+    if reference.startswith(DITHERED):
+        return names_code(reference.removeprefix(DITHERED))
     if reference in _BUILT_IN or ":" not in reference:
         return False
     return reference.startswith(COMMAND) or reference not in names()

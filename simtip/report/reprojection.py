@@ -8,7 +8,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from simtip.calibrate import Calibration, Reprojection
-from simtip.report.style import GRAY, SIDES, new_figure, plain, png
+from simtip.report.style import GRAY, SIDES, literal, new_figure, plain, png
 
 MAX_LABELS = 40
 
@@ -70,6 +70,4 @@ def _mean(of: Reprojection, view: int) -> float:
 
 
 def _short(name: str) -> str:
-    # a dollar would begin a formula
-    plainly = name.replace("$", r"\$")
-    return plainly if len(plainly) <= 12 else f"..{plainly[-10:]}"
+    return literal(name if len(name) <= 12 else f"..{name[-10:]}")

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, GRAY = "#0072B2", "#D55E00", "#009E73", "#666666"
 """Of Okabe and Ito's palette, which colour-blind people tell apart."""
+
+SMALL = 9.5
+"""Font size of what is not read first, points."""
+
+ROOM = 52.0
+"""Width of a legend above the axes of a figure of 7.5 inches, in sizes of its font."""
 
 SIDES = {"left": BLUE, "right": ORANGE}
 
@@ -24,6 +32,37 @@ def plain(axes: Axes, *, grid: bool = True) -> None:
     if grid:
         axes.grid(alpha=0.25)
         axes.set_axisbelow(True)
+
+
+def literal(text: str) -> str:
+    """Keep a user's text from being read as a formula, which a dollar would begin."""
+    return text.replace("$", r"\$")
+
+
+def legend_above(axes: Axes) -> None:
+    """Put the legend above the axes, where no data are, in as few lines as are wide enough."""
+    names = axes.get_legend_handles_labels()[1]
+    if not names:
+        return
+    counts = [-(-len(names) // lines) for lines in range(1, len(names) + 1)]
+    fitting = (count for count in counts if _width(names, count) < ROOM)
+    axes.legend(
+        frameon=False,
+        loc="lower left",
+        bbox_to_anchor=(0, 1),
+        borderaxespad=0.1,
+        borderpad=0.2,
+        handlelength=1.6,
+        columnspacing=1.5,
+        fontsize=SMALL,
+        ncols=next(fitting, 1),
+    )
+
+
+def _width(names: Sequence[str], columns: int) -> float:
+    """Estimate how wide a legend is, in sizes of its font; it is filled column by column."""
+    longest = [int(max(part)) for part in np.array_split([len(name) for name in names], columns)]
+    return sum(4.0 + 0.55 * letters for letters in longest)
 
 
 def png(figure: Figure) -> bytes:

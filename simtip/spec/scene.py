@@ -19,6 +19,7 @@ from simtip.spec.background import BackgroundSpec
 from simtip.spec.base import Part, Positive
 from simtip.spec.boards import BoardsSpec
 from simtip.spec.clutter import ClutterSpec
+from simtip.spec.experiment import ExperimentSpec
 from simtip.spec.lamps import LampSpec
 from simtip.spec.light import AmbientSpec
 from simtip.spec.needle import NeedleSpec
@@ -137,6 +138,7 @@ class SceneSpec(Part):
     triangulate: TriangulateSpec = TriangulateSpec()
     refine: RefineSpec = RefineSpec()
     boards: BoardsSpec = BoardsSpec()
+    experiment: ExperimentSpec = ExperimentSpec()
 
     @field_validator("lamps")
     @classmethod

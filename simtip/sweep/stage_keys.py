@@ -19,6 +19,7 @@ from typing import Any
 
 from simtip.camera import StereoRig
 from simtip.detect import names_code
+from simtip.detect.dithered import PREFIX as DITHERED
 from simtip.detect.registry import listing
 from simtip.light_inputs import light_inputs
 from simtip.spec import SceneSpec
@@ -49,7 +50,7 @@ RUNS_ON = {
 }
 """Libraries of which every version may give other bits."""
 
-NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards"}
+NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards", "experiment"}
 
 NOT_OWN = {"__pycache__", "site-packages", "node_modules"}
 
@@ -169,8 +170,10 @@ def digest_of(data: Any) -> str:
 def detector_code(reference: str) -> str | None:
     """Tell a detector's code from any other's; None for an external program.
 
-    A plug-in or an imported module is told by all Python files of its package, or of its folder.
+    A plug-in or an imported module is told by all Python files of its package, or of its folder; so
+    is a dithered one, since how it is dithered is simtip's own code.
     """
+    reference = reference.removeprefix(DITHERED)
     if reference.startswith("cmd:"):
         return None
     if not names_code(reference):

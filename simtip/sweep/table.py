@@ -228,6 +228,17 @@ class Table:
         for table in latest_rows(parts, schema):
             yield table.to_pylist()
 
+    def by_trial(self) -> dict[int, dict[str, Any]]:
+        """Read all rows, by the trial's number, for the process that writes.
+
+        Raises
+        ------
+        InputError
+            A part is damaged or not of this table.
+        """
+        rows: Iterator[dict[str, Any]] = (row for batch in self.batches() for row in batch)
+        return {int(row["trial"]): row for row in rows}
+
     def _begin(self) -> Head:
         """Read what the table is, before writing; the first time, remove what a kill left."""
         self._head = read_head(self.folder) if self._tidied else self._tidy()

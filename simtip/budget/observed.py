@@ -1,0 +1,181 @@
+"""The pictures that a budget needs, and where the detector saw the tip in them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from simtip.budget.causes import Cause
+from simtip.errors import InputError
+from simtip.experiment.performed import SWEEPS, Said
+from simtip.experiment.series import TIP
+from simtip.geometry import Array
+from simtip.seeding import seed32
+from simtip.spec import SceneSpec
+from simtip.spec.experiment import ExperimentSpec
+from simtip.sweep.campaign import Means, carry_out, prepare
+from simtip.sweep.plan import Plan
+from simtip.sweep.spec import DetectorEntry, SweepSpec
+from simtip.sweep.table import Table
+
+DITHERED = "dithered:"
+FOCUS = ("rig.left.lens.focus_mm", "rig.right.lens.focus_mm")
+SIDES = ("left", "right")
+
+ROUNDING_PX = 1e-6
+"""Of places that were taken from the true one and are added to it again."""
+
+State = tuple[bool, bool, bool]
+"""Whether there are defocus, noise and quantisation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """Where the tip was seen.
+
+    Attributes
+    ----------
+    tips_px
+        (replicates or 1, places, 2, 2), left and right, u and v, by state; NaN where it was not
+        found. States that the scene cannot have are not there.
+    whole_pixels
+        Whether the detector answers in whole pixels, or halves.
+    counts
+        How often each stage was worked out now.
+    """
+
+    tips_px: Mapping[State, Array]
+    whole_pixels: bool
+    counts: Counter[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """What is to be taken.
+
+    Attributes
+    ----------
+    scene, seed
+        The scene; the root of all random numbers.
+    tips_mm
+        (places, 3) of the needle's tip, world.
+    true_px
+        (places, 2, 2) where they are in both images.
+    replicates
+        Draws of the noise.
+    allowed
+        A detector that is a program or a module, which the caller is willing to run.
+    """
+
+    scene: SceneSpec
+    seed: int
+    tips_mm: Array
+    true_px: Array
+    replicates: int
+    allowed: tuple[str, ...] = ()
+
+
+def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) -> Observed:
+    """Take the pictures and look for the tip in them, or go on with it.
+
+    Raises
+    ------
+    InputError
+        The tip was found nowhere without noise, or something cannot be written.
+    KeyboardInterrupt
+        The same call goes on.
+    """
+    work = _Work(order, out, means, said)
+    plain = order.scene.detect.name
+    calm = work.done("calm", noise=False, detectors=[plain])
+    seen = np.concatenate([tips.ravel() for tips in calm.values()])
+    seen = seen[np.isfinite(seen)]
+    if not len(seen):
+        raise InputError(
+            "the tip was found in no image without noise",
+            field="detect",
+            remedy="see its sweeps by `simtip results`, and try another threshold or light",
+        )
+    # The mean of a row of pixels may be half of one.
+    whole = bool(np.abs(2 * seen - np.round(2 * seen)).max() < ROUNDING_PX)
+    both = [plain, DITHERED + plain] if whole else [plain]
+    found = dict(calm)
+    if whole:
+        found |= work.done("calm_dithered", noise=False, detectors=both[1:])
+    if order.scene.sensor.noise:
+        found |= work.done("noisy", noise=True, detectors=both)
+    return Observed(found, whole, work.counts)
+
+
+class _Work:
+    """Sweeps of a budget, one after the other."""
+
+    def __init__(self, order: Order, out: Path, means: Means, said: Said) -> None:
+        self._order, self._out, self._means, self._said = order, out, means, said
+        self.counts: Counter[str] = Counter()
+
+    def done(self, name: str, *, noise: bool, detectors: Sequence[str]) -> dict[State, Array]:
+        """Work out a sweep over focus and places, and give the tips by state."""
+        plan = self._plan(noise=noise, detectors=detectors)
+        folder = self._out / SWEEPS / name
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        self._said(f"{name.replace('_', ', ')}: {len(plan)} measurements")
+        setup = prepare(plan, self._means)
+        self.counts.update(carry_out(plan, setup, folder, self._means).counts)
+        rows = Table.open(folder).by_trial()
+        places = {tuple(map(float, tip)): k for k, tip in enumerate(self._order.tips_mm)}
+        shape = (plan.spec.repeats, len(places), 2, 2)
+        found: dict[State, Array] = {}
+        for number in range(len(plan)):
+            trial = plan.trial(number)
+            dithered = trial.measuring.reference.startswith(DITHERED)
+            focus = trial.values.get(FOCUS[0]) is not None or trial.values.get(FOCUS[1]) is not None
+            state = (focus, noise, not dithered)
+            tips = found.setdefault(state, np.full(shape, np.nan))
+            place = places[tuple(trial.values[TIP])]
+            tips[trial.repeat, place] = _tips(rows[number], self._order.true_px[place])
+        return found
+
+    def _plan(self, *, noise: bool, detectors: Sequence[str]) -> Plan:
+        order = self._order
+        scene = order.scene.model_copy(update={"experiment": ExperimentSpec()})
+        pinholes: list[float | None] = [None, None]
+        own = [scene.rig.left.lens.focus_mm, scene.rig.right.lens.focus_mm]
+        kept = scene.detect.parameters()
+        levels = [own] if own == pinholes else [own, pinholes]
+        focuses = {path: [level[k] for level in levels] for k, path in enumerate(FOCUS)}
+        spec = SweepSpec(
+            scene="",
+            base={"sensor.noise": noise},
+            zipped=[
+                {TIP: [list(map(float, tip)) for tip in order.tips_mm]},
+                focuses,
+            ],
+            repeats=order.replicates if noise else 1,
+            detectors=[DetectorEntry.model_validate({**kept, "name": one}) for one in detectors],
+            seed=seed32(order.seed, "budget", "noise"),
+        )
+        allowed = tuple(prefix + one for one in order.allowed for prefix in ("", DITHERED))
+        return Plan(spec, scene, allowed)
+
+
+def _tips(row: Mapping[str, Any], true_px: Array) -> Array:
+    """Give both tips (2, 2) of a row, px; NaN for what was not found."""
+    errors = [[row[f"{side}_error_{axis}_px"] for axis in "uv"] for side in SIDES]
+    return true_px + np.array(errors, dtype=np.float64)
+
+
+def state(causes: frozenset[Cause], scene: SceneSpec, *, whole_pixels: bool) -> State:
+    """Give the state of the pictures under some causes."""
+    focused = [scene.rig.left.lens.focus_mm, scene.rig.right.lens.focus_mm] != [None, None]
+    return (
+        focused and Cause.DEFOCUS in causes,
+        scene.sensor.noise and Cause.NOISE in causes,
+        # A detector of sub-pixel answers is asked as it is.
+        not whole_pixels or Cause.QUANTISATION in causes,
+    )

@@ -1,0 +1,372 @@
+"""What an experiment says of the measuring system."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from simtip.capability import (
+    Accuracy,
+    Agreement,
+    ErrorSummary,
+    Gauge,
+    Registration,
+    Repeatability,
+    assess_accuracy,
+    assess_agreement,
+    assess_gauge,
+    assess_repeatability,
+    register,
+    summarise_errors,
+)
+from simtip.errors import InputError
+from simtip.experiment.performed import Measured
+from simtip.experiment.series import ACCURACY, REGISTRATION
+from simtip.geometry import Array
+from simtip.spec.experiment import ExperimentSpec
+from simtip.sweep.table import OK
+
+LEAST = 3
+"""Displacements that statistics take."""
+
+CUMULATIVE_NOTE = (
+    "displacements of one run share its first position, so they are not independent: intervals of "
+    "agreement are too narrow if that position is uncertain"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Displacements:
+    """Measured and reference displacements that are there, mm, each (n,).
+
+    Attributes
+    ----------
+    measured, reference
+        By the cameras (Eq. 1) and by the interferometer (Eq. 2).
+    run, position
+        (n,) of each.
+    """
+
+    measured: Array
+    reference: Array
+    run: tuple[int, ...]
+    position: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Position:
+    """How far measured positions are from the true ones, which only a simulation knows.
+
+    Attributes
+    ----------
+    axes
+        Of x, y, z in the world's frame, signed.
+    rms_mm, max_mm
+        Of the distance.
+    """
+
+    axes: Mapping[str, ErrorSummary]
+    rms_mm: float
+    max_mm: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers for JSON."""
+        axes = {name: summary.to_dict() for name, summary in self.axes.items()}
+        return {"rms_mm": self.rms_mm, "max_mm": self.max_mm, **axes}
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The stage's frame as it was found, and how far off it is.
+
+    Attributes
+    ----------
+    registration
+        ``stage = R world + t`` over the registration's places.
+    rotation_error_deg
+        Angle between it and the true one.
+    errors_mm
+        (n, 3) of the first set-up's tips in that frame, against where the needle was.
+    """
+
+    registration: Registration
+    rotation_error_deg: float
+    errors_mm: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain numbers for JSON."""
+        lengths = np.linalg.norm(self.errors_mm, axis=1)
+        return {
+            **self.registration.to_dict(),
+            "rotation_error_deg": self.rotation_error_deg,
+            "position_error_mm": {
+                "rms": float(np.sqrt((lengths**2).mean())),
+                "max": float(lengths.max()),
+                "mean_xyz": self.errors_mm.mean(axis=0).tolist(),
+            },
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Capability:
+    """Everything that an experiment allows; what is None is in `left_out`, with the reason.
+
+    Attributes
+    ----------
+    spec
+        The experiment.
+    measured
+        What was measured, by series.
+    steps, from_start
+        Displacements of the first set-up: from one position to the next, of the runs that count for
+        accuracy; and from a run's start, of all.
+    accuracy
+        Of steps: Eq. 1 to 3.
+    accuracy_from_start
+        The same of displacements from a run's start.
+    agreement, agreement_repeated
+        Of displacements from a run's start; each as a subject of its own, and as repeated
+        measurements of the positions, whose true value varies.
+    repeatability, repeatability_of_errors
+        Of measured displacements, and of measured minus reference.
+    grr
+        Of displacements: parts are positions, operators set-ups.
+    position
+        Against the truth.
+    frame
+        Of the stage.
+    left_out, notes
+        Why a result is missing, by its name; what a reader has to know.
+    """
+
+    spec: ExperimentSpec
+    measured: Sequence[Measured]
+    steps: Displacements
+    from_start: Displacements
+    accuracy: Accuracy
+    accuracy_from_start: Accuracy
+    agreement: Agreement
+    agreement_repeated: Agreement | None
+    repeatability: Repeatability | None
+    repeatability_of_errors: Repeatability | None
+    grr: Gauge | None
+    position: Position
+    frame: Frame | None
+    left_out: Mapping[str, str]
+    notes: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give plain values for JSON."""
+        agreement = self.agreement.to_dict()
+        agreement["repeated"] = _plain(self.agreement_repeated)
+        repeatability = _plain(self.repeatability)
+        if repeatability is not None:
+            repeatability["of_errors"] = _plain(self.repeatability_of_errors)
+        return {
+            "level": self.spec.level,
+            "detection": self._detection(),
+            "accuracy": {
+                **self.accuracy.to_dict(),
+                "from_start": self.accuracy_from_start.to_dict(),
+            },
+            "agreement": agreement,
+            "repeatability": repeatability,
+            "grr": _plain(self.grr),
+            "position": self.position.to_dict(),
+            "registration": _plain(self.frame),
+            "left_out": dict(self.left_out),
+            "notes": list(self.notes),
+        }
+
+    def _detection(self) -> dict[str, Any]:
+        status = Counter(str(one) for part in self.measured for one in part.status.ravel())
+        total = sum(status.values())
+        failed = {name: count for name, count in sorted(status.items()) if name != OK}
+        return {"measurements": total, "rate": status[OK] / total, "failed": failed}
+
+
+def _plain(result: Any) -> Any:
+    return None if result is None else result.to_dict()
+
+
+def analyse(spec: ExperimentSpec, measured: Sequence[Measured], axes: Array) -> Capability:
+    """Analyse an experiment.
+
+    Parameters
+    ----------
+    spec
+        The experiment.
+    measured
+        What was measured, by series, the scene's own set-up first.
+    axes
+        (3, 3) of the stage, world, as rows: what the registration ought to find.
+
+    Raises
+    ------
+    InputError
+        Too few tips were measured.
+    """
+    own = measured[0]
+    left_out: dict[str, str] = {}
+    first = slice(0, spec.schedule.accuracy_runs)
+    single = next((part for part in measured if part.series.name == ACCURACY), None)
+    steps = steps_of(own, first) if single is None else steps_of(single, slice(None))
+    whole = from_start_of(own, slice(None))
+    _refuse_too_few(own, steps, whole)
+    repeatability, of_errors = _repeatability(spec, whole, left_out)
+    return Capability(
+        spec=spec,
+        measured=measured,
+        steps=steps,
+        from_start=whole,
+        accuracy=_accuracy(spec, steps, from_start_of(own, first)),
+        accuracy_from_start=_from_start(spec, from_start_of(own, first)),
+        agreement=assess_agreement(
+            whole.measured, whole.reference, subjects=whole.position, level=spec.level
+        ),
+        agreement_repeated=_repeated(spec, whole),
+        repeatability=repeatability,
+        repeatability_of_errors=of_errors,
+        grr=_gauge(spec, measured, left_out),
+        position=_position(own, spec.level),
+        frame=_frame(measured, axes, left_out),
+        left_out=left_out,
+        notes=(CUMULATIVE_NOTE, *_missing_note(measured)),
+    )
+
+
+def steps_of(part: Measured, runs: slice) -> Displacements:
+    """Give displacements from each position to the next, where both were measured."""
+    return _displacements(part, runs, part.tip_mm[:, :-1], part.series.laser_mm[:, :-1])
+
+
+def from_start_of(part: Measured, runs: slice) -> Displacements:
+    """Give displacements from each run's first position, where both were measured."""
+    return _displacements(part, runs, part.tip_mm[:, :1], part.series.laser_mm[:, :1])
+
+
+def _displacements(part: Measured, runs: slice, from_mm: Array, from_laser: Array) -> Displacements:
+    moved = np.linalg.norm(part.tip_mm[:, 1:] - from_mm, axis=-1)[runs]
+    reference = np.abs(part.series.laser_mm[:, 1:] - from_laser)[runs]
+    run, position = np.nonzero(np.isfinite(moved))
+    return Displacements(
+        moved[run, position],
+        reference[run, position],
+        tuple(map(int, run)),
+        tuple(int(k) + 1 for k in position),
+    )
+
+
+def _refuse_too_few(own: Measured, steps: Displacements, whole: Displacements) -> None:
+    if min(len(steps.measured), len(whole.measured)) >= LEAST:
+        return
+    status = Counter(str(one) for one in own.status[~own.ok])
+    worst = ", ".join(f"{count} {name}" for name, count in status.most_common(3))
+    raise InputError(
+        f"{len(whole.measured)} displacements were measured, too few to analyse ({worst})",
+        field="experiment",
+        remedy="see its sweeps by `simtip results`, and try another threshold or light",
+    )
+
+
+def _accuracy(spec: ExperimentSpec, steps: Displacements, whole: Displacements) -> Accuracy:
+    """Assess steps; how the bias runs with displacement is asked of those from the start."""
+    found = assess_accuracy(
+        steps.measured,
+        steps.reference,
+        steps=(steps.measured, steps.reference),
+        cumulative=(whole.measured, whole.reference),
+        level=spec.level,
+    )
+    return replace(found, linearity=_from_start(spec, whole).linearity)
+
+
+def _from_start(spec: ExperimentSpec, whole: Displacements) -> Accuracy:
+    return assess_accuracy(whole.measured, whole.reference, level=spec.level)
+
+
+def _repeated(spec: ExperimentSpec, whole: Displacements) -> Agreement | None:
+    if not 1 < len(set(whole.position)) < len(whole.position):
+        return None
+    return assess_agreement(
+        whole.measured,
+        whole.reference,
+        subjects=whole.position,
+        true_value="varies",
+        level=spec.level,
+    )
+
+
+def _repeatability(
+    spec: ExperimentSpec, whole: Displacements, left_out: dict[str, str]
+) -> tuple[Repeatability | None, Repeatability | None]:
+    if len(set(whole.position)) == len(whole.position):
+        left_out["repeatability"] = "no displacement was measured twice"
+        return None, None
+    measured, of_errors = (
+        assess_repeatability(
+            values,
+            whole.position,
+            tolerance=spec.tolerance_mm,
+            multiplier=spec.multiplier,
+            level=spec.level,
+        )
+        for values in (whole.measured, whole.measured - whole.reference)
+    )
+    return measured, of_errors
+
+
+def _gauge(
+    spec: ExperimentSpec, measured: Sequence[Measured], left_out: dict[str, str]
+) -> Gauge | None:
+    """Analyse displacements by position, set-up and run, of positions measured everywhere."""
+    parts = [part for part in measured if part.series.is_setup]
+    if len(parts) < 2:
+        left_out["grr"] = "the experiment has one set-up only: add some in experiment.setups"
+        return None
+    runs = spec.schedule.setup_runs
+    moved = np.stack(
+        [np.linalg.norm(p.tip_mm[:runs, 1:] - p.tip_mm[:runs, :1], axis=-1) for p in parts]
+    )
+    study = moved.transpose(2, 0, 1)  # position, set-up, run
+    whole = study[np.isfinite(study).all(axis=(1, 2))]
+    if len(whole) < 2:
+        left_out["grr"] = "fewer than two positions were measured in every run of every set-up"
+        return None
+    return assess_gauge(
+        whole, tolerance=spec.tolerance_mm, multiplier=spec.multiplier, level=spec.level
+    )
+
+
+def _position(own: Measured, level: float) -> Position:
+    errors = (own.tip_mm - own.series.tip_mm)[own.ok]
+    lengths = np.linalg.norm(errors, axis=1)
+    axes = {axis: summarise_errors(errors[:, k], level) for k, axis in enumerate("xyz")}
+    return Position(axes, float(np.sqrt((lengths**2).mean())), float(lengths.max()))
+
+
+def _frame(measured: Sequence[Measured], axes: Array, left_out: dict[str, str]) -> Frame | None:
+    """Register the stage's frame: its own coordinates are those it was commanded to."""
+    part = next((one for one in measured if one.series.name == REGISTRATION), None)
+    if part is None:
+        left_out["registration"] = "the experiment has none (schedule.registration)"
+        return None
+    try:
+        found = register(part.tip_mm[part.ok], part.series.commanded_mm[part.ok])
+    except ValueError as error:
+        left_out["registration"] = str(error)
+        return None
+    own = measured[0]
+    errors = found.apply(own.tip_mm[own.ok]) - own.series.stage_mm[own.ok]
+    turn = found.R @ axes.T
+    cosine = np.clip((np.trace(turn) - 1) / 2, -1, 1)
+    return Frame(found, float(np.degrees(np.arccos(cosine))), errors)
+
+
+def _missing_note(measured: Sequence[Measured]) -> list[str]:
+    missing = sum(int((~part.ok).sum()) for part in measured)
+    return [f"{missing} measurements without a tip are left out"] if missing else []

@@ -1,0 +1,239 @@
+"""The trials of an experiment: one sweep a set-up, in which every distinct place is one render."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.errors import InputError
+from simtip.experiment.interferometer import readings
+from simtip.experiment.stage import Motion, coordinates, drive, grid, positions_of
+from simtip.geometry import Array
+from simtip.seeding import seed32, stream
+from simtip.spec import SceneSpec
+from simtip.spec.experiment import OWN_SETUP, ExperimentSpec
+from simtip.spec.recalibration import RecalibrationSpec
+from simtip.sweep.plan import Plan
+from simtip.sweep.spec import MEASURED, SweepSpec
+from simtip.truth import scene_truth
+
+TIP = "needle.tip_mm"
+REGISTRATION, ACCURACY = "registration", "accuracy"
+"""Series that are no set-up."""
+
+Numbers = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """What is driven and measured in one set-up.
+
+    Attributes
+    ----------
+    name
+        Of the set-up, or "accuracy" or "registration".
+    changes
+        Fields of the scene that are other.
+    calibration
+        How the rig that measures was calibrated; None: as the scene has it.
+    stage_mm
+        (runs, positions, 3) where the needle is in the stage's coordinates, mm.
+    commanded_mm
+        (runs, positions, 3) where it was asked to be.
+    carriage_mm, laser_mm
+        (runs, positions) where the carriage is on the first axis, and what the interferometer
+        reads, mm.
+    tip_mm
+        (runs, positions, 3) the needle's tip, world, mm.
+    """
+
+    name: str
+    changes: Mapping[str, Any]
+    calibration: RecalibrationSpec | None
+    commanded_mm: Array
+    stage_mm: Array
+    carriage_mm: Array
+    laser_mm: Array
+    tip_mm: Array
+
+    @property
+    def is_setup(self) -> bool:
+        """Whether it is the scene's own or another set-up, driven along the first axis."""
+        return self.name not in {ACCURACY, REGISTRATION}
+
+    def places(self) -> tuple[list[list[float]], Numbers, Numbers]:
+        """Tell distinct places of the tip.
+
+        Returns
+        -------
+        places
+            World, mm.
+        place, turn
+            (runs, positions) each: which of them, and for the how manieth time, from 0.
+        """
+        found: dict[tuple[float, ...], int] = {}
+        seen: Counter[int] = Counter()
+        shape = self.tip_mm.shape[:2]
+        place, turn = np.empty(shape, np.intp), np.empty(shape, np.intp)
+        for index in np.ndindex(shape):
+            tip = tuple(float(x) for x in np.round(self.tip_mm[index], 9))
+            number = found.setdefault(tip, len(found))
+            place[index], turn[index] = number, seen[number]
+            seen[number] += 1
+        return [list(tip) for tip in found], place, turn
+
+    def sweep(
+        self, scene: SceneSpec, seed: int, rig: str | None, allowed: tuple[str, ...] = ()
+    ) -> Plan:
+        """Give its trials.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        seed
+            Root of all random numbers.
+        rig
+            File of the rig that measures, if it is not the scene's.
+        allowed
+            A detector that is a program or a module, which the caller is willing to run.
+
+        Raises
+        ------
+        InputError
+            A changed field does not exist, or a value does not fit.
+        """
+        places, _, turn = self.places()
+        base = dict(self.changes) if rig is None else {**self.changes, MEASURED: rig}
+        spec = SweepSpec(
+            scene="",
+            base=base,
+            zipped=[{TIP: places}],
+            repeats=int(turn.max()) + 1,
+            seed=seed32(seed, "experiment", self.name, "noise"),
+        )
+        return Plan(spec, scene.model_copy(update={"experiment": ExperimentSpec()}), allowed)
+
+
+def series_of(scene: SceneSpec, seed: int) -> list[Series]:
+    """Plan an experiment: the scene's own set-up, the others, and the registration.
+
+    Parameters
+    ----------
+    scene
+        With its experiment.
+    seed
+        Root of all random numbers.
+
+    Raises
+    ------
+    InputError
+        The needle's tip would leave an image.
+    """
+    spec = scene.experiment
+    runs = spec.schedule.runs
+    made = [_line(scene, seed, OWN_SETUP, {}, spec.calibration, runs)]
+    for one in spec.setups:
+        runs = spec.schedule.setup_runs
+        how = one.recalibrate or spec.calibration
+        made.append(_line(scene, seed, one.name, one.set, how, runs))
+    if spec.schedule.accuracy_turns:
+        made.append(_single_steps(scene, seed))
+    if spec.schedule.registration is not None:
+        made.append(_registration(scene, seed, spec.schedule.registration))
+    return made
+
+
+def _line(
+    scene: SceneSpec,
+    seed: int,
+    name: str,
+    changes: Mapping[str, Any],
+    calibration: RecalibrationSpec | None,
+    runs: int,
+) -> Series:
+    """Plan runs along the first axis."""
+    positions = np.tile(positions_of(scene.experiment.schedule), (runs, 1))
+    return _driven(scene, seed, name, changes, calibration, positions)
+
+
+def _single_steps(scene: SceneSpec, seed: int) -> Series:
+    """Plan every step as a run of its own."""
+    plan = scene.experiment.schedule
+    ends = positions_of(plan)
+    steps = np.tile(np.stack([ends[:-1], ends[1:]], axis=1), (plan.accuracy_runs, 1))
+    return _driven(scene, seed, ACCURACY, {}, scene.experiment.calibration, steps)
+
+
+def _driven(
+    scene: SceneSpec,
+    seed: int,
+    name: str,
+    changes: Mapping[str, Any],
+    calibration: RecalibrationSpec | None,
+    positions_mm: Array,
+) -> Series:
+    stage = scene.experiment.stage
+    motion = drive(stage, positions_mm, stream(seed, "experiment", name, "stage"))
+    asked = np.empty((*motion.commanded_mm.shape, 3))
+    asked[..., 0], asked[..., 1:] = motion.commanded_mm, stage.origin_mm[1:]
+    places = coordinates(stage, motion.needle_mm)
+    return _series(scene, seed, name, changes, calibration, motion, asked, places)
+
+
+def _registration(scene: SceneSpec, seed: int, counts: tuple[int, int, int]) -> Series:
+    """Plan a grid over all three axes, a run for every place of the second and third."""
+    spec = scene.experiment
+    along, others = grid(spec.stage, counts)
+    rng = stream(seed, "experiment", REGISTRATION, "stage")
+    motion = drive(spec.stage, np.tile(along, (len(others), 1)), rng)
+    across = np.broadcast_to(others[:, None], (len(others), len(along), 2))
+    asked = np.concatenate([motion.commanded_mm[..., None], across], axis=-1)
+    places = coordinates(spec.stage, motion.needle_mm, across)
+    return _series(scene, seed, REGISTRATION, {}, spec.calibration, motion, asked, places)
+
+
+def _series(
+    scene: SceneSpec,
+    seed: int,
+    name: str,
+    changes: Mapping[str, Any],
+    calibration: RecalibrationSpec | None,
+    motion: Motion,
+    asked: Array,
+    places: Array,
+) -> Series:
+    spec = scene.experiment
+    rng = stream(seed, "experiment", name, "interferometer")
+    laser = readings(spec.interferometer, motion.carriage_mm, rng)
+    axes = spec.stage.axes(scene.needle.axis)
+    tips = np.array(scene.needle.tip_mm) + (places - np.array(spec.stage.origin_mm)) @ axes
+    _require_in_view(scene, tips.reshape(-1, 3), places.reshape(-1, 3), name)
+    return Series(name, changes, calibration, asked, places, motion.carriage_mm, laser, tips)
+
+
+def _require_in_view(
+    scene: SceneSpec, tips: Iterable[Array], places: Iterable[Array], name: str
+) -> None:
+    """Refuse places at which a camera does not see the tip."""
+    rig = scene.rig.rig()
+    for tip, place in zip(tips, places, strict=True):
+        needle = scene.needle.model_copy(update={"tip_mm": tuple(map(float, tip))})
+        truth = scene_truth(scene.model_copy(update={"needle": needle}))
+        for side, view, camera in (
+            ("left", truth.left, rig.left),
+            ("right", truth.right, rig.right),
+        ):
+            if not camera.contains(view.tip_px):
+                field = "schedule.registration" if name == REGISTRATION else "stage.origin_mm"
+                raise InputError(
+                    f"takes the tip out of the {side} image, at {place.round(3).tolist()} mm of "
+                    "the stage",
+                    field=f"experiment.{field}",
+                    remedy="move the needle or its origin, or shorten the stroke",
+                )
