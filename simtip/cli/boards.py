@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from simtip.cli.errors import INTERRUPTED, as_option, fail, located
-from simtip.cli.options import BackendOption, JsonOption, SceneArgument, SeedOption
+from simtip.cli.errors import as_option, fail, located
+from simtip.cli.options import BackendOption, JsonOption, SceneArgument, SeedOption, named
 from simtip.cli.output import print_json, say, say_where
+from simtip.interrupts import INTERRUPTED
 from simtip.scene_file import read_scene
 
 
@@ -17,7 +18,9 @@ def boards(
     scene: SceneArgument,
     out: Annotated[
         Path,
-        typer.Option("-o", "--out", metavar="DIR", help="New folder, or one begun before."),
+        typer.Option(
+            "-o", "--out", parser=named, metavar="DIR", help="New folder, or one begun before."
+        ),
     ],
     views: Annotated[
         int | None,

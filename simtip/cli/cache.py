@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simtip.cli.options import JsonOption
+from simtip.cli.options import JsonOption, named
 from simtip.cli.output import print_json, say, to_stdout
 from simtip.detect.excerpt import printable
 from simtip.errors import InputError
@@ -16,15 +16,16 @@ from simtip.sweep.cache import (
     DEFAULT_LIMIT_BYTES,
     FOLDER_VARIABLE,
     Cache,
-    Kind,
     default_folder,
 )
+from simtip.sweep.cache_items import Kind
 from simtip.sweep.sizes import SIZE_OPTION, parse_size, shown_size
 
 CacheOption = Annotated[
     Path | None,
     typer.Option(
         "--cache",
+        parser=named,
         metavar="DIR",
         help=f"Folder of the cache; else that of {FOLDER_VARIABLE}, else this user's own.",
     ),

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from simtip.cli.errors import as_option
-from simtip.cli.options import JsonOption
+from simtip.cli.options import JsonOption, named
 from simtip.cli.output import print_json, say_where, to_stdout
 from simtip.cli.rig_output import require_new
 from simtip.errors import InputError
@@ -28,7 +28,8 @@ def calibrate(
         typer.Option("--target", metavar="TARGET", help="E.g. chessboard:11x8:6 (inner corners)."),
     ],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="FILE", help="New file for the rig.")
+        Path | None,
+        typer.Option("-o", "--out", parser=named, metavar="FILE", help="New file for the rig."),
     ] = None,
     form: Annotated[
         Format | None,
@@ -42,11 +43,18 @@ def calibrate(
     ] = "opencv5",
     truth: Annotated[
         Path | None,
-        typer.Option("--truth", metavar="FILE", help="truth.json of `simtip boards`: errors, too."),
+        typer.Option(
+            "--truth",
+            parser=named,
+            metavar="FILE",
+            help="truth.json of `simtip boards`: errors, too.",
+        ),
     ] = None,
     plots: Annotated[
         Path | None,
-        typer.Option("--plots", metavar="DIR", help="New or empty folder for pictures."),
+        typer.Option(
+            "--plots", parser=named, metavar="DIR", help="New or empty folder for pictures."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from simtip.cli.errors import located
-from simtip.cli.options import JsonOption, SceneArgument, SeedOption
+from simtip.cli.options import JsonOption, SceneArgument, SeedOption, named
 from simtip.cli.output import print_json
 from simtip.scene_file import read_scene
 
@@ -21,7 +21,12 @@ def camera(
     seed: SeedOption = None,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="FILE", help="Write the photon-transfer plot, PNG or SVG."),
+        typer.Option(
+            "--plot",
+            parser=named,
+            metavar="FILE",
+            help="Write the photon-transfer plot, PNG or SVG.",
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -17,12 +17,14 @@ from simtip.cli.detector_options import (
     parse_roi,
 )
 from simtip.cli.errors import as_option
+from simtip.cli.options import named
 from simtip.cli.output import say, say_where, to_stdout
 
 
 def detect(
     images: Annotated[
-        list[Path], typer.Argument(metavar="IMAGE...", help="Image files of any origin.")
+        list[Path],
+        typer.Argument(parser=named, metavar="IMAGE...", help="Image files of any origin."),
     ],
     detector: DetectorOption = "lin2020",
     settings: SettingsOption = None,
@@ -32,7 +34,9 @@ def detect(
     ] = None,
     overlay: Annotated[
         Path | None,
-        typer.Option("--overlay", metavar="DIR", help="New or empty folder for pictures."),
+        typer.Option(
+            "--overlay", parser=named, metavar="DIR", help="New or empty folder for pictures."
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON list on stdout.")] = False,
 ) -> None:

@@ -11,15 +11,13 @@ import typer
 
 from simtip.detect.excerpt import printable
 from simtip.errors import InputError
+from simtip.interrupts import INTERRUPTED, no_more
 from simtip.scene_file import SceneFile
 
 # Typer brings its own copy of click, of which only the leaves are public.
 ClickError: Any = next(
     kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException"
 )
-
-INTERRUPTED = 130
-"""Exit code after SIGINT, as shells have it: 128 + 2."""
 
 
 @contextmanager
@@ -54,6 +52,8 @@ def usage(error: Any) -> str:
 
 def fail(message: str, code: int) -> NoReturn:
     """Say it in one line on standard error, and leave with that exit code."""
+    if code == INTERRUPTED:
+        no_more()
     # Names of files and keys may hold anything, such as codes that clear the terminal.
     line = printable(" ".join(message.split()))
     if sys.stderr is not None:

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from simtip.cli.detector_options import as_detector_options, parse_settings
-from simtip.cli.errors import INTERRUPTED, fail, located
+from simtip.cli.errors import fail, located
+from simtip.cli.options import named
 from simtip.errors import InputError
+from simtip.interrupts import INTERRUPTED
 from simtip.scene_file import SceneFile, read_scene
 
 if TYPE_CHECKING:
@@ -21,11 +23,15 @@ if TYPE_CHECKING:
 
 FolderOption = Annotated[
     Path | None,
-    typer.Option("-o", "--out", metavar="DIR", help="Folder of results; gone on with."),
+    typer.Option(
+        "-o", "--out", parser=named, metavar="DIR", help="Folder of results; gone on with."
+    ),
 ]
 ExperimentOption = Annotated[
     Path | None,
-    typer.Option("--experiment", metavar="FILE", help="YAML, instead of the scene's own."),
+    typer.Option(
+        "--experiment", parser=named, metavar="FILE", help="YAML, instead of the scene's own."
+    ),
 ]
 SceneDetectorOption = Annotated[
     str | None,
@@ -40,7 +46,7 @@ SchedulerOption = Annotated[
     typer.Option("--scheduler", metavar="ADDRESS", help="Dask's, e.g. tcp://host:8786."),
 ]
 CacheOption = Annotated[
-    Path | None, typer.Option("--cache", metavar="DIR", help="Of renders and images.")
+    Path | None, typer.Option("--cache", parser=named, metavar="DIR", help="Of renders and images.")
 ]
 
 

@@ -20,7 +20,7 @@ from simtip.cli.experiment import (
     read_with,
     working_in,
 )
-from simtip.cli.options import BackendOption, JsonOption, SeedOption
+from simtip.cli.options import BackendOption, JsonOption, SeedOption, named
 from simtip.cli.output import print_json, say_aside, say_where
 from simtip.errors import InputError
 
@@ -38,12 +38,14 @@ OF_SCENE = (
 def mca(
     context: typer.Context,
     scene: Annotated[
-        Path | None, typer.Argument(metavar="[SCENE]", help="Scene file; its experiment is run.")
+        Path | None,
+        typer.Argument(parser=named, metavar="[SCENE]", help="Scene file; its experiment is run."),
     ] = None,
     csv: Annotated[
         Path | None,
         typer.Option(
             "--csv",
+            parser=named,
             metavar="FILE",
             help="Measurements instead: a header, then a row each. Columns: measured; reference "
             "for accuracy and agreement; part for repeatability; operator for gauge R&R; trial; "

@@ -16,7 +16,7 @@ from simtip.cli.detector_options import (
     parse_settings,
 )
 from simtip.cli.errors import as_option
-from simtip.cli.options import JsonOption
+from simtip.cli.options import JsonOption, named
 from simtip.cli.output import print_json, to_stdout
 from simtip.errors import InputError
 from simtip.triangulate import Method
@@ -28,11 +28,13 @@ REFINEMENTS = ("none", "silhouette")
 
 
 def measure(
-    left: Annotated[Path, typer.Argument(metavar="LEFT", help="Left image file.")],
-    right: Annotated[Path, typer.Argument(metavar="RIGHT", help="Right image file.")],
+    left: Annotated[Path, typer.Argument(parser=named, metavar="LEFT", help="Left image file.")],
+    right: Annotated[Path, typer.Argument(parser=named, metavar="RIGHT", help="Right image file.")],
     rig: Annotated[
         Path,
-        typer.Option("--rig", metavar="RIG", help="OpenCV, JSON or Kalibr file, or a ROS pair."),
+        typer.Option(
+            "--rig", parser=named, metavar="RIG", help="OpenCV, JSON or Kalibr file, or a ROS pair."
+        ),
     ],
     detector: DetectorOption = "lin2020",
     settings: SettingsOption = None,

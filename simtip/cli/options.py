@@ -9,9 +9,22 @@ import typer
 
 from simtip.seeding import SEED_LIMIT
 
-SceneArgument = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (YAML).")]
+
+def named(text: str) -> Path:
+    """Read the name of a file or folder: an empty one would be the working folder's."""
+    if not text:
+        raise typer.BadParameter("is empty")
+    return Path(text)
+
+
+SceneArgument = Annotated[
+    Path, typer.Argument(parser=named, metavar="SCENE", help="Scene file (YAML).")
+]
 OutOption = Annotated[
-    Path | None, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+    Path | None,
+    typer.Option(
+        "-o", "--out", parser=named, metavar="DIR", help="New or empty folder for results."
+    ),
 ]
 SeedOption = Annotated[
     int | None,

@@ -17,7 +17,7 @@ from simtip.cli.camera import camera
 from simtip.cli.detect import detect
 from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
-from simtip.cli.errors import INTERRUPTED, ClickError, fail, usage
+from simtip.cli.errors import ClickError, fail, usage
 from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
@@ -29,6 +29,7 @@ from simtip.cli.run import run
 from simtip.cli.schema import schema
 from simtip.cli.sweep import sweep
 from simtip.errors import SimtipError
+from simtip.interrupts import INTERRUPTED, NOTHING_WRITTEN
 from simtip.version import __version__
 
 app = typer.Typer(
@@ -76,5 +77,5 @@ def main(arguments: list[str] | None = None) -> None:
     except (typer.Abort, KeyboardInterrupt):
         code = INTERRUPTED
     if code == INTERRUPTED:  # Typer, too, makes an interrupt this code
-        fail("interrupted; nothing was written", INTERRUPTED)
+        fail(NOTHING_WRITTEN, INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)

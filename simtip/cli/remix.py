@@ -9,22 +9,30 @@ from typing import Annotated
 import typer
 
 from simtip.cli.errors import located
-from simtip.cli.options import JsonOption, SeedOption
+from simtip.cli.options import JsonOption, SeedOption, named
 from simtip.cli.output import print_json, say_where
 from simtip.scene_file import read_scene
 
 
 def remix(
     lights: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder that `simtip render --lights` wrote.")
+        Path,
+        typer.Argument(
+            parser=named, metavar="DIR", help="Folder that `simtip render --lights` wrote."
+        ),
     ],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+        Path,
+        typer.Option(
+            "-o", "--out", parser=named, metavar="DIR", help="New or empty folder for results."
+        ),
     ],
     scene: Annotated[
         Path | None,
         typer.Argument(
-            metavar="SCENE", help="The scene with other lamp powers, colours, exposure or sensor."
+            parser=named,
+            metavar="SCENE",
+            help="The scene with other lamp powers, colours, exposure or sensor.",
         ),
     ] = None,
     seed: SeedOption = None,

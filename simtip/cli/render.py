@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from simtip.cli.errors import located
-from simtip.cli.options import BackendOption, JsonOption, SceneArgument, SeedOption
+from simtip.cli.options import BackendOption, JsonOption, SceneArgument, SeedOption, named
 from simtip.cli.output import print_json, say_where
 from simtip.scene_file import read_scene
 
@@ -16,7 +16,10 @@ from simtip.scene_file import read_scene
 def render(
     scene: SceneArgument,
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="New or empty folder for results.")
+        Path,
+        typer.Option(
+            "-o", "--out", parser=named, metavar="DIR", help="New or empty folder for results."
+        ),
     ],
     seed: SeedOption = None,
     backend: BackendOption = None,

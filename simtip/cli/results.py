@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from simtip.cli.options import named
 from simtip.cli.output import say, to_stdout
 from simtip.errors import InputError
 
@@ -29,7 +30,7 @@ FEW = 6
 
 
 def results(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a sweep.")],
+    folder: Annotated[Path, typer.Argument(parser=named, metavar="DIR", help="Folder of a sweep.")],
     by: Annotated[
         str | None,
         typer.Option("--by", metavar="COLUMNS", help="Group by these, e.g. sensor.gain,detector."),
@@ -60,7 +61,8 @@ def results(
     ] = None,
 ) -> None:
     """Show what a sweep has found, also while it is running."""
-    from simtip.sweep.summary import filtered, to_csv
+    from simtip.sweep.conditions import filtered
+    from simtip.sweep.csv_text import to_csv
     from simtip.sweep.table import Table
 
     _check_outputs(csv, as_json)
@@ -111,7 +113,7 @@ def _names(text: str, option: str) -> list[str]:
 
 
 def _sorted(rows: pd.DataFrame, column: str | None) -> pd.DataFrame:
-    from simtip.sweep.summary import nearest
+    from simtip.sweep.frames import nearest
 
     if column is None:
         return rows
@@ -130,7 +132,7 @@ def _cut(rows: pd.DataFrame, limit: int | None) -> pd.DataFrame:
 
 def _records(rows: pd.DataFrame) -> list[dict[str, Any]]:
     """Give the rows for JSON, which has neither NaN nor infinity."""
-    from simtip.sweep.summary import plain
+    from simtip.sweep.frames import plain
 
     names = [str(name) for name in rows.columns]
     columns = [[_finite(value) for value in plain(rows[name])] for name in names]
@@ -229,10 +231,10 @@ def _varying_table(chosen: pd.DataFrame, names: Iterable[str]) -> RichTable:
 
 def _which(column: pd.Series[Any]) -> str:
     """List a column's values if they are few, else the ends of their range."""
-    from simtip.sweep.summary import kind_of, plain
+    from simtip.sweep.frames import kind_of, plain
 
     values = plain(column.drop_duplicates().sort_values())
-    told = [_words(value) for value in values]
+    told = [_words(value) for value in _readable(column.name, values)]
     if len(told) <= FEW:
         return ", ".join(told)
     if kind_of(column) == "text":
@@ -242,13 +244,24 @@ def _which(column: pd.Series[Any]) -> str:
 
 
 def _rows_table(title: str, rows: pd.DataFrame) -> RichTable:
-    from simtip.sweep.summary import kind_of, plain
+    from simtip.sweep.frames import kind_of, plain
 
     names = [str(name) for name in rows.columns]
     table = _empty_table(title, names, [kind_of(rows[name]) != "text" for name in names])
-    for row in zip(*(plain(rows[name]) for name in names), strict=True):
+    columns = [_readable(name, plain(rows[name])) for name in names]
+    for row in zip(*columns, strict=True):
         table.add_row(*map(_cell, row))
     return table
+
+
+def _readable(name: object, values: list[Any]) -> list[Any]:
+    """Give a column's values with parts and lists, which factors may have, in few words."""
+    from simtip.sweep.columns import FIXED
+    from simtip.sweep.compact import compact
+
+    if name in {column.name for column in FIXED}:
+        return values
+    return [compact(value) if isinstance(value, str) else value for value in values]
 
 
 def _empty_table(

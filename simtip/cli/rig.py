@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from simtip.cli.options import SceneArgument
+from simtip.cli.options import SceneArgument, named
 from simtip.cli.output import say
 from simtip.cli.rig_output import require_new
 from simtip.rig_file import Format
@@ -17,7 +17,8 @@ from simtip.scene_file import read_scene
 def rig(
     scene: SceneArgument,
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", metavar="FILE", help="Instead of stdout.")
+        Path | None,
+        typer.Option("-o", "--out", parser=named, metavar="FILE", help="Instead of stdout."),
     ] = None,
     form: Annotated[
         Format | None,

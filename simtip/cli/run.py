@@ -15,7 +15,14 @@ from simtip.cli.detector_options import (
     quiet,
 )
 from simtip.cli.errors import located
-from simtip.cli.options import BackendOption, JsonOption, OutOption, SceneArgument, SeedOption
+from simtip.cli.options import (
+    BackendOption,
+    JsonOption,
+    OutOption,
+    SceneArgument,
+    SeedOption,
+    named,
+)
 from simtip.cli.output import print_json, say_where, to_stdout
 from simtip.scene_file import read_scene
 
@@ -33,7 +40,10 @@ def run(
     bound: Annotated[
         Path | None,
         typer.Option(
-            "--bound", metavar="FILE", help="JSON of `simtip bound` of this scene, for efficiency."
+            "--bound",
+            parser=named,
+            metavar="FILE",
+            help="JSON of `simtip bound` of this scene, for efficiency.",
         ),
     ] = None,
     as_json: JsonOption = False,

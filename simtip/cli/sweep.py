@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simtip.cli.errors import INTERRUPTED, fail
-from simtip.cli.options import BackendOption, JsonOption
+from simtip.cli.errors import fail
+from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
+from simtip.interrupts import INTERRUPTED, no_more, nothing_begun
 
 if TYPE_CHECKING:
     from simtip.sweep.plan import Plan
-    from simtip.sweep.running import Tally
+    from simtip.sweep.sweep_file import SweepFile
+    from simtip.sweep.tally import Tally
     from simtip.sweep.work import Setup
 
 
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP", help="Sweep file (YAML).")],
+    file: Annotated[Path, typer.Argument(parser=named, metavar="SWEEP", help="Sweep file (YAML).")],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder of results; gone on with.")
+        Path,
+        typer.Option(
+            "-o", "--out", parser=named, metavar="DIR", help="Folder of results; gone on with."
+        ),
     ],
     workers: Annotated[
         int | None,
@@ -39,7 +47,8 @@ def sweep(
         bool, typer.Option("--retry-failed", help="Also try again what failed.")
     ] = False,
     cache: Annotated[
-        Path | None, typer.Option("--cache", metavar="DIR", help="Of renders and images.")
+        Path | None,
+        typer.Option("--cache", parser=named, metavar="DIR", help="Of renders and images."),
     ] = None,
     cache_size: Annotated[
         str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
@@ -55,48 +64,71 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Vary a scene and its detectors, and measure every combination."""
-    from simtip.sweep.campaign import Means, carry_out, prepare
-    from simtip.sweep.plan import Plan
-    from simtip.sweep.resuming import rows_of
-    from simtip.sweep.sweep_file import read_sweep
-
     if any(not one.strip() for one in detector or ()):
         raise InputError("is empty", field="--detector", remedy="name a detector")
+    twice = next((one for one, count in Counter(detector or ()).items() if count > 1), None)
+    if twice is not None:
+        raise InputError(
+            f"names {twice[:80]!r} twice",
+            field="--detector",
+            remedy="name it once, or in the sweep file under a label each",
+        )
     if scheduler is not None and workers is not None:
         raise InputError(
             "is the cluster's affair", field="--workers", remedy="leave it out with --scheduler"
         )
-    source = read_sweep(file)
-    spec = source.spec
-    if detector:
-        spec = spec.model_copy(update={"detectors": list(detector)})
+    with nothing_begun():
+        from simtip.sweep.campaign import Means, carry_out, prepare
+        from simtip.sweep.resuming import rows_of
+        from simtip.sweep.sweep_file import read_sweep
+
+        source = read_sweep(file)
+        with _located(source):
+            plan = _plan(source, detector)
+            means = Means(workers, scheduler, backend, cache, cache_size, time_limit)
+            setup = prepare(plan, means)
+            if dry_run:
+                _foretell(plan, setup, means.local_workers, out, as_json=as_json)
+                return
     try:
-        plan = Plan(spec, source.scene, tuple(detector or ()), str(file))
-    except InputError as error:
-        if detector and (error.field or "").startswith("detectors"):
-            raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
-        raise source.located(error) from error
-    try:
-        means = Means(workers, scheduler, backend, cache, cache_size, time_limit)
-        setup = prepare(plan, means)
-        if dry_run:
-            _foretell(plan, setup, means.local_workers, out, as_json=as_json)
-            return
-        tally = carry_out(plan, setup, out, means, retry_failed=retry_failed)
+        with _located(source):
+            tally = carry_out(plan, setup, out, means, retry_failed=retry_failed)
     except KeyboardInterrupt:
+        no_more()
         fail(
             f"interrupted with {rows_of(out)} of {len(plan)} trials done; the same command goes on",
             INTERRUPTED,
         )
-    except InputError as error:
-        if (error.field or "-").startswith("-"):
-            raise
-        raise source.located(error) from error
     said = summary_of(tally)
     if as_json:
         print_json({"out": str(out), **said})
     else:
         say(_in_words(said, out))
+
+
+@contextmanager
+def _located(source: SweepFile) -> Iterator[None]:
+    """Give an error about a field the line in its file."""
+    try:
+        yield
+    except InputError as error:
+        if (error.field or "-").startswith("-"):
+            raise
+        raise source.located(error) from error
+
+
+def _plan(source: SweepFile, detector: list[str] | None) -> Plan:
+    from simtip.sweep.plan import Plan
+
+    spec = source.spec
+    if detector:
+        spec = spec.model_copy(update={"detectors": list(detector)})
+    try:
+        return Plan(spec, source.scene, tuple(detector or ()), source.document.file)
+    except InputError as error:
+        if detector and (error.field or "").startswith("detectors"):
+            raise InputError(error.problem, field="--detector", remedy=error.remedy) from error
+        raise
 
 
 def summary_of(tally: Tally) -> dict[str, Any]:
@@ -132,8 +164,9 @@ def _in_words(said: dict[str, Any], out: Path) -> str:
 
 def _foretell(plan: Plan, setup: Setup, workers: int, out: Path, *, as_json: bool) -> None:
     from simtip.sweep.forecast import forecast, in_words
-    from simtip.sweep.resuming import rows_of
+    from simtip.sweep.resuming import check_folder, rows_of
 
+    check_folder(out)
     said = {**forecast(plan, setup, workers), "rows": rows_of(out)}
     if as_json:
         print_json(said)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import signal
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import NoReturn, cast
 
 from simtip.detect.excerpt import excerpt
@@ -14,7 +17,8 @@ from simtip.detect.observation import TipObservation, TipStatus
 from simtip.detect.parameters import REQUIRED, Declaration, Declared, values_of
 from simtip.detect.process import MAX_STDOUT, Finished, run_program
 from simtip.detect.protocol import Image
-from simtip.detect.template import IMAGE, Template, parse_template
+from simtip.detect.template import FIELD, IMAGE, Template, parse_template
+from simtip.errors import InputError
 
 PREFIX = "cmd:"
 SUMMARY = "an image file in, JSON on standard output out"
@@ -47,7 +51,8 @@ def command_detector(reference: str) -> GuardedDetector:
     Raises
     ------
     InputError
-        The command is none; see `simtip.detect.template.parse_template`.
+        The command is none; see `simtip.detect.template.parse_template`. When it is configured:
+        there is no such program, or it may not be executed.
     """
     template = parse_template(reference.removeprefix(PREFIX))
     own = {declaration.name for declaration in OWN}
@@ -59,7 +64,9 @@ def command_detector(reference: str) -> GuardedDetector:
     declarations = (*places, *OWN)
 
     def prepare(values: Mapping[str, object]) -> Callable[..., object]:
-        return _Command(template, values_of(declarations, values))
+        settings = values_of(declarations, values)
+        _require_program(template, settings)
+        return _Command(template, settings)
 
     parameters = tuple(declaration.parameter for declaration in declarations)
     return GuardedDetector(reference, SUMMARY, parameters, prepare)
@@ -77,14 +84,43 @@ class _Command:
         timeout_s = cast("float", self._settings["timeout_s"])
         image_format = cast("ImageFormat", self._settings["image_format"])
         with handed_over(image, image_format) as file:
-            texts = {name: str(value) for name, value in self._settings.items()}
-            arguments = self._template.filled({**texts, IMAGE: str(file)})
+            arguments = self._template.filled(_texts(self._settings, file))
             try:
                 done = run_program(arguments, timeout_s)
             except (OSError, ValueError) as error:
                 reason = getattr(error, "strerror", None) or str(error)
                 return _failed(f"{arguments[0]} cannot be started: {reason}")
         return _judged(done, arguments, timeout_s)
+
+
+def _texts(settings: Mapping[str, object], image: Path) -> dict[str, str]:
+    return {**{name: str(value) for name, value in settings.items()}, IMAGE: str(image)}
+
+
+def _require_program(template: Template, settings: Mapping[str, object]) -> None:
+    """Refuse a program that cannot be started, before anything has been waited for.
+
+    Raises
+    ------
+    InputError
+        There is no such program, or it may not be executed.
+    """
+    program = template.filled(_texts(settings, Path()))[0]
+    if shutil.which(program) is not None:
+        return
+    here = Path(program)
+    if not os.path.dirname(program):  # noqa: PTH120 (./x has one)
+        reason = "no such program in PATH"
+        remedy = f"name it with its folder, such as ./{excerpt(program, 60)}"
+    elif here.is_dir():
+        reason, remedy = "it is a folder", "name a program"
+    elif here.exists():
+        reason, remedy = "it may not be executed", "allow it (chmod +x), or name its interpreter"
+    else:
+        reason, remedy = "no such file", "name a program that is there"
+    raise InputError(
+        f"{excerpt(program, 60)} cannot be started: {reason}", field=FIELD, remedy=remedy
+    )
 
 
 def _judged(done: Finished, arguments: Sequence[str], timeout_s: float) -> object:

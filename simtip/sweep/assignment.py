@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import difflib
 import json
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -77,8 +78,6 @@ class Scenes:
         return here
 
     def _put(self, data: Any, path: FieldPath, value: Any) -> None:
-        if not path:
-            raise InputError("names no field", field="''", remedy="write e.g. lamps[0].power")
         here = data
         for k, part in enumerate(path[:-1]):
             here = self._into(here, part, path[: k + 1], path)
@@ -127,12 +126,38 @@ class Scenes:
 
     def _said(self, error: ValidationError, data: Any) -> InputError:
         said = input_error(Document(self._name, data, {}), error)
-        if said.problem == "unknown key" and said.field:
+        if said.problem.startswith("unknown key") and said.field:
+            if said.field in self.paths():
+                return InputError(
+                    "is nothing that this kind has", field=said.field, remedy="leave it out"
+                )
             return InputError(
                 "is no field of the scene", field=said.field, remedy=self.nearest(said.field)
             )
         return InputError(said.problem, field=said.field, remedy=said.remedy)
 
+
+def require_plain(paths: Iterable[str]) -> None:
+    """Refuse fields that are not written as simtip writes them: the same could stand there twice.
+
+    Raises
+    ------
+    InputError
+        One is not.
+    """
+    for path in paths:
+        plain = dotted(undotted(path))
+        if not plain:
+            raise InputError("names no field", field=repr(path), remedy="write e.g. lamps[0].power")
+        if FROM_THE_END.search(path):
+            raise InputError(
+                "counts from the end", field=path, remedy="count from the first, which is [0]"
+            )
+        if path != plain:
+            raise InputError("is no plain name", field=path, remedy=f"write it {plain!r}")
+
+
+FROM_THE_END = re.compile(r"\[\s*-\s*[0-9]+\s*\]")
 
 MOST_STRANGERS = 20
 

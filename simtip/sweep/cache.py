@@ -9,78 +9,40 @@ skipped. What was not used for longest goes first when the cache is full.
 from __future__ import annotations
 
 import os
-import re
-import secrets
 import shutil
-import socket
-import stat
-import time
-from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from platformdirs import user_cache_path
 
 from simtip.errors import InputError
+from simtip.sweep.cache_items import (
+    Item,
+    Kind,
+    below,
+    by_kind,
+    items_in,
+    last_use_ns,
+    size_of,
+)
+from simtip.sweep.cache_layout import LOG_ENDING, lock_of, log_of, place_of, root_of
+from simtip.sweep.cache_leftovers import remove_leftovers, temporary_in
 from simtip.sweep.durable import synchronise
 from simtip.sweep.locked_file import let_go, open_locked, unlink_if_unlocked
-from simtip.sweep.log_records import framed, records
+from simtip.sweep.log_records import added, append, framed, records
 
 FOLDER_VARIABLE = "SIMTIP_CACHE"
 DEFAULT_LIMIT_BYTES = 20_000_000_000
-
-
-LAYOUT = "v1"
-TEMPORARY = "tmp"
-LOCKS = "locks"
-LOG_ENDING = ".log"
-KIND = re.compile(r"[a-z]+")
-KEY = re.compile(r"[0-9a-f]{16,64}")
-
-BLOCK_BYTES = 4096
-"""Every file and every folder is taken to fill whole blocks of this size."""
 SHARE = 20
 """A process looks through the whole cache when it has added 1/20 of the limit; then as much is
 left free, or a full cache would have to be looked through at every entry."""
-DAY_S = 86400.0
 
 
 def default_folder() -> Path:
     """Give the folder that ``SIMTIP_CACHE`` names, else this user's usual place for caches."""
     named = os.environ.get(FOLDER_VARIABLE)
     return Path(named) if named else user_cache_path("simtip")
-
-
-@dataclass(frozen=True)
-class Kind:
-    """What a cache holds of one kind.
-
-    Attributes
-    ----------
-    count
-        Entries and logs.
-    bytes
-        On the disk.
-    oldest_s, newest_s
-        When one of them was last used, s since 1970: the one longest ago, and the latest.
-    """
-
-    count: int
-    bytes: int
-    oldest_s: float
-    newest_s: float
-
-
-@dataclass(frozen=True)
-class _Item:
-    """An entry or a log as it was found: its kind, place, size and last use."""
-
-    kind: str
-    path: Path
-    bytes: int
-    used_ns: int
 
 
 class Cache:
@@ -108,7 +70,7 @@ class Cache:
         # A process may change its working folder.
         self.folder = Path(os.path.abspath(folder))  # noqa: PTH100 (resolve follows links)
         self.limit_bytes = limit_bytes
-        self._root = self.folder / LAYOUT
+        self._root = root_of(self.folder)
         self._total: int | None = None  # bytes, when last looked through
         self._added = 0  # bytes, by this process since
 
@@ -121,7 +83,7 @@ class Cache:
             It is a file, for example.
         """
         try:
-            probe = self._temporary()
+            probe = temporary_in(self._root)
             probe.mkdir()
             probe.rmdir()
         except (OSError, ValueError) as error:
@@ -146,7 +108,7 @@ class Cache:
         Path or None
             None if it is not there.
         """
-        folder = self._place(kind, key)
+        folder = place_of(self._root, kind, key)
         if not os.path.isdir(folder):  # noqa: PTH112 (raises nothing)
             return None
         try:
@@ -173,9 +135,9 @@ class Cache:
             The entry's folder, which another process may have put there first; None if nothing
             could be kept: the disk is full, or this alone is larger than the limit.
         """
-        target = self._place(kind, key)
+        target = place_of(self._root, kind, key)
         try:
-            temporary = self._temporary()
+            temporary = temporary_in(self._root)
             temporary.mkdir()
         except OSError:
             return None
@@ -208,8 +170,7 @@ class Cache:
             Whether it is locked; False where that is not possible, such as in a folder that can
             only be read.
         """
-        name = self._place(kind, key).name
-        path = self._root / LOCKS / f"{kind}-{name}"
+        path = lock_of(self._root, kind, key)
         descriptor, locked = None, False
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -236,10 +197,10 @@ class Cache:
             There is a line feed in it.
         """
         record = framed(line.encode("utf-8", "surrogatepass"))
-        path = self._log(kind, key)
+        path = log_of(self._root, kind, key)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            size = _append(path, record)
+            size = append(path, record)
         except OSError:
             return
         self._count(size, path)
@@ -256,30 +217,20 @@ class Cache:
 
         The last record may come again: it could have been cut short.
         """
-        path = self._log(kind, key)
-        try:
-            with path.open("rb") as stream:
-                if os.fstat(stream.fileno()).st_size < read_bytes:  # it was begun anew
-                    read_bytes = 0
-                stream.seek(read_bytes)
-                data = stream.read()
-        except OSError:
-            return [], 0
+        path = log_of(self._root, kind, key)
+        data, read_bytes = added(path, read_bytes)
         with suppress(OSError):
             os.utime(path)
-        return list(records(data)), read_bytes + max(data.rfind(b"\n"), 0)
+        return list(records(data)), read_bytes
 
     def discard(self, kind: str, key: str) -> None:
         """Remove what is kept under a key, entry and log, because it is damaged."""
-        for path in (self._place(kind, key), self._log(kind, key)):
+        for path in (place_of(self._root, kind, key), log_of(self._root, kind, key)):
             self._remove(path)
 
     def summary(self) -> dict[str, Kind]:
         """Say what there is, by kind, in the order of the alphabet."""
-        found: dict[str, list[_Item]] = defaultdict(list)
-        for item in self._items():
-            found[item.kind].append(item)
-        return {kind: _summed(found[kind]) for kind in sorted(found)}
+        return by_kind(self._items())
 
     def clear(self, kind: str | None = None) -> int:
         """Remove everything, or everything of one kind.
@@ -312,44 +263,11 @@ class Cache:
         int
             Bytes freed.
         """
-        freed = 0
-        for found in _listed(self._root / TEMPORARY):
-            if _is_left_over(found):
-                size = _size(Path(found.path))
-                shutil.rmtree(found.path, ignore_errors=True)
-                freed += 0 if os.path.lexists(found.path) else size
-        for found in _listed(self._root / LOCKS):
-            unlink_if_unlocked(Path(found.path))
-        return freed
+        return remove_leftovers(self._root)
 
-    def _place(self, kind: str, key: str) -> Path:
-        _check_kind(kind)
-        if KEY.fullmatch(key) is None:
-            raise ValueError(f"{key!r} is no key of a cache: 16 to 64 hexadecimal digits")
-        return self._root / kind / key[:2] / key
-
-    def _log(self, kind: str, key: str) -> Path:
-        place = self._place(kind, key)
-        return place.with_name(place.name + LOG_ENDING)
-
-    def _temporary(self) -> Path:
-        """Give the name of a folder to make, on the same file system, that nobody else knows."""
-        folder = self._root / TEMPORARY
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder / f"{_owner()}-{secrets.token_hex(8)}"
-
-    def _items(self, kind: str | None = None) -> Iterator[_Item]:
+    def _items(self, kind: str | None = None) -> Iterator[Item]:
         """Look through the cache, at least that of one kind; others may change it meanwhile."""
-        if kind is not None:
-            _check_kind(kind)
-        for place in _folders(self._root):
-            if place.name != kind and not (kind is None and _is_kind(place.name)):
-                continue
-            for shard in _folders(place):
-                for found in _listed(shard):
-                    item = _item(place.name, found)
-                    if item is not None:
-                        yield item
+        return items_in(self._root, kind)
 
     def _count(self, size: int, just_used: Path) -> None:
         """Take note of added bytes; where they may pass the limit, look and make room."""
@@ -367,13 +285,13 @@ class Cache:
             total -= self._evict(kept, total - limit + limit // SHARE)
         self._total, self._added = total, 0
 
-    def _evict(self, items: list[_Item], excess: int) -> int:
+    def _evict(self, items: list[Item], excess: int) -> int:
         """Remove items, those not used for longest first, until so many bytes are freed."""
         freed = 0
         for item in sorted(items, key=lambda item: item.used_ns):
             if freed >= excess:
                 break
-            if _last_use_ns(item.path) == item.used_ns:
+            if last_use_ns(item.path) == item.used_ns:
                 self._remove(item.path)
             # What another process evicts makes room as well; each would go on alone otherwise.
             if not os.path.lexists(item.path):
@@ -385,97 +303,12 @@ class Cache:
         if path.suffix == LOG_ENDING:
             return unlink_if_unlocked(path)
         try:
-            temporary = self._temporary()
+            temporary = temporary_in(self._root)
             path.rename(temporary)  # readers find all of it or none
         except OSError:
             return False
         shutil.rmtree(temporary, ignore_errors=True)
         return True
-
-
-def _is_kind(name: str) -> bool:
-    return KIND.fullmatch(name) is not None and name not in {TEMPORARY, LOCKS}
-
-
-def _check_kind(kind: str) -> None:
-    if not _is_kind(kind):
-        raise ValueError(f"{kind!r} is no kind of a cache: small letters")
-
-
-def _listed(folder: Path) -> list[os.DirEntry[str]]:
-    """List a folder; one that is gone, or may not be read, has nothing in it."""
-    try:
-        with os.scandir(folder) as found:
-            return list(found)
-    except OSError:
-        return []
-
-
-def _folders(folder: Path) -> Iterator[Path]:
-    """Give the folders in a folder; links to folders elsewhere are none."""
-    for found in _listed(folder):
-        if _is_folder(found):
-            yield Path(found.path)
-
-
-def _is_folder(found: os.DirEntry[str]) -> bool:
-    try:
-        return found.is_dir(follow_symlinks=False)
-    except OSError:
-        return False
-
-
-def _below(folder: Path) -> Iterator[os.DirEntry[str]]:
-    """Give all that is in a folder and in the folders in it."""
-    for found in _listed(folder):
-        yield found
-        if _is_folder(found):
-            yield from _below(Path(found.path))
-
-
-def _size(folder: Path) -> int:
-    """Give the bytes that a folder and all below it fill on the disk."""
-    size = BLOCK_BYTES
-    for found in _below(folder):
-        with suppress(OSError):
-            is_folder = _is_folder(found)
-            size += (
-                BLOCK_BYTES if is_folder else _in_blocks(found.stat(follow_symlinks=False).st_size)
-            )
-    return size
-
-
-def _in_blocks(size: int) -> int:
-    return -(-size // BLOCK_BYTES) * BLOCK_BYTES
-
-
-def _item(kind: str, found: os.DirEntry[str]) -> _Item | None:
-    """Give what was found if it is an entry or a log."""
-    name, path = found.name, Path(found.path)
-    is_log = name.endswith(LOG_ENDING)
-    if KEY.fullmatch(name.removesuffix(LOG_ENDING)) is None:
-        return None
-    try:
-        status = found.stat(follow_symlinks=False)
-    except OSError:
-        return None
-    if is_log and stat.S_ISREG(status.st_mode):
-        return _Item(kind, path, _in_blocks(status.st_size), status.st_mtime_ns)
-    if not is_log and stat.S_ISDIR(status.st_mode):
-        return _Item(kind, path, _size(path), status.st_mtime_ns)
-    return None
-
-
-def _summed(items: list[_Item]) -> Kind:
-    used_s = [item.used_ns / 1e9 for item in items]
-    return Kind(len(items), sum(item.bytes for item in items), min(used_s), max(used_s))
-
-
-def _last_use_ns(path: Path) -> int | None:
-    try:
-        return path.stat(follow_symlinks=False).st_mtime_ns
-    except OSError:
-        return None
 
 
 def _written(folder: Path, write: Callable[[Path], None]) -> int:
@@ -484,13 +317,13 @@ def _written(folder: Path, write: Callable[[Path], None]) -> int:
     if os.name == "posix":
         # A rename may outlive a power cut when what was written does not; and some file systems
         # find only now that the disk is full.
-        for found in _below(folder):
+        for found in below(folder):
             if found.is_file(follow_symlinks=False):
                 synchronise(found.path)
         with suppress(OSError):
             synchronise(folder)
     os.utime(folder)
-    return _size(folder)
+    return size_of(folder)
 
 
 def _move(source: Path, target: Path) -> None:
@@ -507,50 +340,3 @@ def _tells_of_failed_write(error: InputError, folder: Path) -> bool:
     """Say whether it is an OSError in this folder, put into words."""
     inside = error.file is not None and Path(error.file).is_relative_to(folder)
     return inside and isinstance(error.__cause__, OSError)
-
-
-def _owner() -> str:
-    """Give a name of this process that is unlike those of other machines and containers."""
-    host = re.sub(r"[^A-Za-z0-9.]", "_", socket.gethostname())[:64]
-    try:
-        # Containers that share a machine's name may each have a process of this number.
-        namespace = Path("/proc/self/ns/pid").stat().st_ino
-    except OSError:
-        namespace = 0
-    return f"{host}-{namespace}-{os.getpid()}"
-
-
-def _is_left_over(found: os.DirEntry[str]) -> bool:
-    try:
-        if time.time() - found.stat(follow_symlinks=False).st_mtime > DAY_S:
-            return True
-    except OSError:
-        return False
-    owner = found.name.rpartition("-")[0]
-    place, _, number = owner.rpartition("-")
-    if place != _owner().rpartition("-")[0] or not re.fullmatch("[0-9]{1,10}", number):
-        return False
-    return not _is_alive(int(number))
-
-
-def _is_alive(process: int) -> bool:
-    if os.name != "posix":
-        return True  # elsewhere the signal 0 is no mere question
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        pass  # somebody else's
-    return True
-
-
-def _append(path: Path, record: bytes) -> int:
-    """Write a record at the end of a file in one go, and give the bytes that it added."""
-    descriptor, _ = open_locked(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-    try:
-        before = os.fstat(descriptor).st_size
-        os.write(descriptor, record)
-        return _in_blocks(os.fstat(descriptor).st_size) - _in_blocks(before)
-    finally:
-        os.close(descriptor)

@@ -108,9 +108,8 @@ def measuring(spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...]) -> tu
         try:
             one.configured(scene)
         except InputError as error:
-            raise InputError(
-                error.problem, field=f"detectors[{number}]", remedy=error.remedy
-            ) from error
+            field = error.field if spec.detectors is None else f"detectors[{number}]"
+            raise InputError(error.problem, field=field, remedy=error.remedy) from error
         if label in {other.label for other in made}:
             raise InputError(
                 f"is the second {label!r}",

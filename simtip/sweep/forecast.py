@@ -9,7 +9,7 @@ import numpy as np
 
 from simtip.sweep.cache import Cache
 from simtip.sweep.detectors import Measuring
-from simtip.sweep.plan import DETECT, Plan
+from simtip.sweep.plan import Plan
 from simtip.sweep.sizes import shown_size
 from simtip.sweep.speeds import (
     IMAGES,
@@ -21,6 +21,7 @@ from simtip.sweep.speeds import (
     sized,
 )
 from simtip.sweep.stage_keys import light_key
+from simtip.sweep.varying import DETECT
 from simtip.sweep.work import Setup
 
 START_S = 5.0

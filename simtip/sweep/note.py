@@ -39,12 +39,13 @@ class Note:
                 os.lseek(self.descriptor, 0, os.SEEK_SET)
                 os.write(self.descriptor, b"%020d\n" % trial)
 
-    def __exit__(self, *_: object) -> None:
-        """Remove it: all went well."""
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Remove it if all went well."""
         if self.descriptor is not None and self._path is not None:
             os.close(self.descriptor)
-            with suppress(OSError):
-                Path(self._path).unlink()
+            if kind is None:
+                with suppress(OSError):
+                    Path(self._path).unlink()
 
 
 @dataclass(frozen=True)

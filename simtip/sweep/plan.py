@@ -7,35 +7,25 @@ share their images. Nothing is listed: a trial is worked out from its number.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from simtip.errors import InputError
 from simtip.light_inputs import light_digest
 from simtip.measuring_rig import measuring_rig
 from simtip.mix import steady_weights
 from simtip.noise_budget import noise_tolerance
 from simtip.spec import SceneSpec
-from simtip.sweep.assignment import Scenes
+from simtip.sweep.assignment import Scenes, require_plain
 from simtip.sweep.columns import Kind
 from simtip.sweep.detectors import Measuring, measuring
-from simtip.sweep.levels import Dimension, mixed_radix, points, values_of
-from simtip.sweep.spec import MEASURED, GridSpec, RangeSpec, SampledSpec, SweepSpec
+from simtip.sweep.levels import Dimension, mixed_radix, points
+from simtip.sweep.spec import MEASURED, GridSpec, SampledSpec, SweepSpec
 from simtip.sweep.stage_keys import code_digest, digest_of, rig_digest
-from simtip.yaml_file import dotted, undotted
-
-DETECT = "detect."
-NOT_RENDERED = ("match", "triangulate", "refine", "rig.measured", "name")
-"""Fields that count after the images only."""
-
-MOST_CHECKED = 200
-"""Levels of a factor that are tried before a sweep begins; of more, these many, spread."""
-
-MOST_TRIALS = 10**12
+from simtip.sweep.varying import DETECT, tried_levels, varying
 
 
 @dataclass(frozen=True)
@@ -87,11 +77,13 @@ class Plan:
         self, spec: SweepSpec, scene: SceneSpec, allowed: tuple[str, ...] = (), name: str = ""
     ) -> None:
         self.spec, self.allowed = spec, allowed
+        require_plain(spec.base)
         self.scenes = Scenes(Scenes(scene, name).with_values(spec.base), name)
         self.base = self.scenes.base
         self.seed = self.base.seed if spec.seed is None else spec.seed
         self.detectors = measuring(spec, self.base, allowed)
-        self.rendered, self.mixed, self.measured = self._dimensions()
+        found = varying(spec, self.scenes, self.detectors)
+        self.rendered, self.mixed, self.measured = found.light, found.images, found.measurement
 
     def __len__(self) -> int:
         """Give the number of trials."""
@@ -208,7 +200,7 @@ class Plan:
         """Of each factor that does not change the light, the level that asks for least noise."""
         chosen: dict[str, Any] = {}
         for one in self.mixed:
-            tried = list(_some(one))
+            tried = list(tried_levels(one))
             asked = [
                 _noise_asked(self.scenes.with_values(dict(zip(one.paths, level, strict=True))))
                 for level in tried
@@ -226,135 +218,6 @@ class Plan:
                     seen = {"int" if one.whole else "float"}
                 found.append((path, _common(seen)))
         return found
-
-    def _dimensions(
-        self,
-    ) -> tuple[tuple[Dimension, ...], tuple[Dimension, ...], tuple[Dimension, ...]]:
-        """Sort what varies by the stage that it changes: light, images, measurement."""
-        made = [self._dimension(path, given) for path, given in self.spec.factors.items()]
-        made += [
-            Dimension(tuple(group), tuple(zip(*group.values(), strict=True)))
-            for group in self.spec.zipped
-            if group
-        ]
-        _require_plain([path for one in made for path in one.paths])
-        by_stage: dict[str, list[Dimension]] = {"light": [], "images": [], "measure": []}
-        for one in made:
-            self._check(one)
-            _require_distinct(one)
-            by_stage[self._stage(one)].append(one)
-        total = math.prod([max(len(one.levels), 1) for one in made])
-        if total * self.spec.repeats * len(self.detectors) > MOST_TRIALS:
-            raise InputError(
-                f"makes more than {MOST_TRIALS:.0e} trials", field="factors", remedy="vary less"
-            )
-        rendered, mixed, measured = (tuple(found) for found in by_stage.values())
-        return rendered, mixed, measured
-
-    def _dimension(self, path: str, given: RangeSpec | list[Any]) -> Dimension:
-        if isinstance(given, list):
-            return Dimension((path,), tuple((value,) for value in given))
-        whole = self._whole(path)
-        if given.count is None and given.step is None:
-            if self.sampled is None:
-                raise InputError(
-                    "says neither count nor step", field=path, remedy="add count, or a design"
-                )
-            return Dimension((path,), (), given, whole)
-        return Dimension((path,), tuple((value,) for value in values_of(given, whole=whole)))
-
-    def _whole(self, path: str) -> bool:
-        """Say whether a field takes whole numbers only."""
-        if path.startswith(DETECT):
-            name = path.removeprefix(DETECT)
-            types = [one.type_of(name) for one in self.detectors]
-            return any(kind.split(" ")[0] == "int" for kind in types if kind)
-        value = self.scenes.value(path)
-        return isinstance(value, int) and not isinstance(value, bool)
-
-    def _check(self, one: Dimension) -> None:
-        """Try every level on its own."""
-        for level in _some(one):
-            values = dict(zip(one.paths, level, strict=True))
-            scene = {path: v for path, v in values.items() if not path.startswith(DETECT)}
-            if "detect" in scene or "detect.name" in values:
-                raise InputError(
-                    "is varied by detectors", field="detect", remedy="list them in detectors"
-                )
-            if scene:
-                measuring_rig(self.scenes.with_values(scene))
-            asked = {p.removeprefix(DETECT): v for p, v in values.items() if p.startswith(DETECT)}
-            for name, value in asked.items():
-                self._check_parameter(name, value)
-
-    def _check_parameter(self, name: str, value: object) -> None:
-        taking = [one for one in self.detectors if one.type_of(name) is not None]
-        if not taking:
-            known = sorted({p for one in self.detectors for p in one.declared})
-            raise InputError(
-                "is no parameter of the sweep's detectors",
-                field=f"{DETECT}{name}",
-                remedy=_nearest(name, known),
-            )
-        for one in taking:
-            one.with_parameters({name: value}).configured(self.base)
-
-    def _stage(self, one: Dimension) -> str:
-        if all(path.startswith((DETECT, *NOT_RENDERED)) for path in one.paths):
-            return "measure"
-        if any(path.split(".")[0] == "render" for path in one.paths):
-            return "light"
-        base = light_digest(self.base)
-        for level in _some(one):
-            values = dict(zip(one.paths, level, strict=True))
-            scene = {path: v for path, v in values.items() if not path.startswith(DETECT)}
-            if light_digest(self.scenes.with_values(scene)) != base:
-                return "light"
-        return "images"
-
-
-def _require_plain(paths: list[str]) -> None:
-    """Refuse fields that are not written as simtip writes them: the same could stand there twice.
-
-    Raises
-    ------
-    InputError
-        One is not.
-    """
-    for path in paths:
-        plain = dotted(undotted(path))
-        if path != plain:
-            raise InputError("is no plain name", field=path, remedy=f"write it {plain!r}")
-
-
-def _require_distinct(one: Dimension) -> None:
-    """Refuse levels of which two are equal: their trials would be one.
-
-    Raises
-    ------
-    InputError
-        Two are; it names the field.
-    """
-    seen = set()
-    for level in one.levels:
-        said = digest_of(list(level))
-        if said in seen:
-            again = level[0] if len(level) == 1 else list(level)
-            raise InputError(
-                f"has {str(again)[:60]} twice", field=one.paths[0], remedy="name each value once"
-            )
-        seen.add(said)
-
-
-def _some(one: Dimension) -> Iterator[tuple[Any, ...]]:
-    """Give a dimension's levels, a few of many; of a range, its ends."""
-    if one.span is not None:
-        yield one.at(0.0)
-        yield one.at(1 - 1e-12)
-        return
-    few = min(len(one.levels), MOST_CHECKED)
-    for k in np.unique(np.linspace(0, len(one.levels) - 1, few).round().astype(int)):
-        yield one.levels[k]
 
 
 def _noise_asked(spec: SceneSpec) -> float:
@@ -379,10 +242,3 @@ def _common(kinds: set[Kind | None]) -> Kind:
     if len(known) == 1:
         return known.pop()
     return "float" if known == {"int", "float"} else "text"
-
-
-def _nearest(name: str, known: list[str]) -> str:
-    import difflib
-
-    close = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean {DETECT}{close[0]}?" if close else f"known: {', '.join(known)}"

@@ -13,11 +13,13 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary
+
+from simtip.sweep.leaving import run_until_told
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -76,6 +78,8 @@ class Processes(Executor):
 
     def kill(self) -> None:
         """End the processes: what they are at gets a moment to end what it has started."""
+        for lane in self._lanes:
+            lane.look()  # one may just have been begun when an interrupt came
         busy = [lane.process for lane in self._lanes if lane.jobs and lane.process is not None]
         idle = [lane.process for lane in self._lanes if not lane.jobs and lane.process is not None]
         self.shutdown(wait=False, cancel_futures=True)
@@ -103,19 +107,28 @@ class _Lane:
         if self._handed_out >= RECYCLED_AFTER and not self.jobs:
             self.close(wait=False, cancel=False)
         try:
-            future = self._ready().submit(fn, *args, **kwargs)
+            future = self._handed_over(fn, *args, **kwargs)
         except BrokenExecutor:
             self.close(wait=False, cancel=True)
-            future = self._ready().submit(fn, *args, **kwargs)
+            future = self._handed_over(fn, *args, **kwargs)
         with self._lock:
             self.jobs += 1
         self._handed_out += 1
         future.add_done_callback(self._ended)
+        self.look()
+        return future
+
+    def look(self) -> None:
+        """Take note of the process that there is now."""
         # Private, but there is no other way to learn which process it is.
         self.process = next(
             iter((getattr(self._executor, "_processes", None) or {}).values()), None
         )
-        return future
+
+    def _handed_over(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        ready = self._ready()
+        with _spared():
+            return ready.submit(run_until_told, fn, *args, **kwargs)
 
     def _ready(self) -> ProcessPoolExecutor:
         if self._executor is None:
@@ -135,25 +148,34 @@ class _Lane:
             self._executor = self.process = None
 
 
+@contextmanager
+def _spared() -> Iterator[None]:
+    """Let a process that is begun in the block not see Ctrl-C before it can ignore it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def start_worker() -> None:
     """Prepare a process: Ctrl-C is its parent's affair, and it does not outlive the parent.
 
     What it starts is in a process group of its own, so that it can be ended with it.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # as programs expect it
     os.dup2(2, 1)  # what a detector prints is no result
     sys.stdout = sys.stderr
-    signal.signal(signal.SIGTERM, _leave)
     if os.name == "posix":
         os.setpgid(0, 0)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_follow, args=(parent,), daemon=True).start()
-
-
-def _leave(*_: object) -> None:
-    """Let what is at work end its programs and remove its files."""
-    raise KeyboardInterrupt  # which no detector's failure is
 
 
 def _kill_group(leader: int) -> None:

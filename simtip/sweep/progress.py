@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from simtip.sweep.running import Report, Tally
+from simtip.sweep.tally import Report, Tally
 
 PLAIN_EVERY_S = 10.0
 

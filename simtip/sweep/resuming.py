@@ -94,16 +94,36 @@ def open_table(
     columns = columns_for(Column(name, kind) for name, kind in plan.columns())
     about = {**provenance, "plan": plan.digest, "trials": len(plan)}
     if not (folder / HEAD).exists():
-        strangers = [entry.name for entry in folder.iterdir() if not _is_own(entry)]
-        if strangers:
-            raise InputError(
-                f"holds something else ({strangers[0]})", file=folder, remedy="name another folder"
-            )
+        check_folder(folder)
         return Table.create(folder, columns, about), np.zeros(len(plan), np.bool_)
     table = Table.open(folder)
     if table.provenance.get("plan") != plan.digest or table.columns != columns:
         _bring_over(table, plan, columns, about)
     return table, _done(table, len(plan), code, retry_failed=retry_failed)
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse what is there and is no folder of a sweep; nothing is written.
+
+    Raises
+    ------
+    InputError
+        It is a file, or a folder that holds something else.
+    """
+    if (folder / HEAD).exists() or not os.path.lexists(folder):
+        return
+    try:
+        strangers = [entry.name for entry in folder.iterdir() if not _is_own(entry)]
+    except OSError as error:
+        raise InputError(
+            f"cannot be a sweep's folder ({error.strerror})",
+            file=folder,
+            remedy="name another folder",
+        ) from error
+    if strangers:
+        raise InputError(
+            f"holds something else ({strangers[0]})", file=folder, remedy="name another folder"
+        )
 
 
 def rows_of(folder: Path) -> int:

@@ -13,18 +13,17 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from simtip.errors import InputError
+from simtip.interrupts import Presses, counted
 from simtip.sweep.crashes import Crashes
 from simtip.sweep.note import read_note
 from simtip.sweep.plan import Plan
 from simtip.sweep.pool import Pool, clear_up, exit_code, is_crash, stop
 from simtip.sweep.rows import Form, failed
-from simtip.sweep.speeds import Spent
 from simtip.sweep.table import OK, Table
+from simtip.sweep.tally import Report, Tally
 from simtip.sweep.work import Done, Job, Row, Setup, run_job
 
 JOB_S = 2.0
@@ -37,6 +36,9 @@ FIRST_IN_JOB = 2
 
 PARTING_S = 8.0
 """After Ctrl-C, for jobs in flight to come to their end."""
+
+LOOK_S = 0.2
+"""So often it is looked whether Ctrl-C was pressed."""
 
 FLUSH_S = 2.0
 """Rows are written so often."""
@@ -55,41 +57,6 @@ NOTES = ".notes"
 MOST_LIGHT_TRIES = 2
 """Of a block's light; then its trials find out for themselves what ends the process."""
 
-
-@dataclass
-class Tally:
-    """How far a sweep is.
-
-    Attributes
-    ----------
-    total, before, done
-        Trials: of the plan, found done, done now.
-    failed
-        By status, of those done now.
-    counts
-        How often each stage was worked out now.
-    crashes
-        Worker processes that died.
-    spent
-        Time in stages.
-    """
-
-    total: int
-    before: int = 0
-    done: int = 0
-    failed: Counter[str] = field(default_factory=Counter)
-    counts: Counter[str] = field(default_factory=Counter)
-    crashes: int = 0
-    spent: Spent = field(default_factory=Spent)
-    started: float = field(default_factory=time.perf_counter)
-
-    @property
-    def seconds(self) -> float:
-        """Wall time so far."""
-        return time.perf_counter() - self.started
-
-
-Report = Callable[[Tally], None]
 Work = Callable[[Job], Done]
 
 
@@ -182,36 +149,47 @@ class _Run:
 
     def all(self) -> None:
         """Work until nothing is left; what goes wrong leaves the rows at hand written."""
-        try:
+        with counted() as presses:  # an interrupt anywhere else would tear rows at hand apart
+            try:
+                self._work_off(presses)
+            except KeyboardInterrupt:
+                self._finish_flying(presses)
+                raise
+            except BaseException:
+                stop(self._executor)
+                self._flush(0)
+                raise
+            stop(self._executor)  # they are idle, and take a while to leave by themselves
+            self._flush(0)
+            self._report(self.tally)
+            shutil.rmtree(self._notes, ignore_errors=True)
+
+    def _work_off(self, presses: Presses) -> None:
+        self._hand_out()
+        while self._pending:
+            finished, _ = wait(self._pending, timeout=LOOK_S, return_when=FIRST_COMPLETED)
+            clear_up(self._executor)
+            self._take_in(finished)
+            self._flush(FLUSH_S)
+            self._report(self.tally)
+            if presses.count:
+                raise KeyboardInterrupt
             self._hand_out()
-            while self._pending:
-                finished, _ = wait(self._pending, timeout=1.0, return_when=FIRST_COMPLETED)
-                clear_up(self._executor)
+
+    def _finish_flying(self, presses: Presses) -> None:
+        """Take in what is in flight, unless it takes long or the user insists."""
+        insisting = presses.count + 1
+        until = time.monotonic() + PARTING_S
+        try:
+            while time.monotonic() < until and presses.count < insisting:
+                flying = [f for f, job in self._pending.items() if not job.only_light]
+                if not flying:
+                    break
+                finished, _ = wait(flying, timeout=LOOK_S, return_when=FIRST_COMPLETED)
                 self._take_in(finished)
-                self._flush(FLUSH_S)
-                self._report(self.tally)
-                self._hand_out()
-        except KeyboardInterrupt:
-            self._finish_flying()
-            raise
-        except BaseException:
+        finally:
             stop(self._executor)
             self._flush(0)
-            raise
-        stop(self._executor)  # they are idle, and take a while to leave by themselves
-        self._flush(0)
-        self._report(self.tally)
-        shutil.rmtree(self._notes, ignore_errors=True)
-
-    def _finish_flying(self) -> None:
-        """Take in what is in flight, unless it takes long or the user insists."""
-        with suppress(KeyboardInterrupt):
-            finished, _ = wait(
-                [f for f, job in self._pending.items() if not job.only_light], PARTING_S
-            )
-            self._take_in(finished)
-        stop(self._executor)
-        self._flush(0)
 
     def _hand_out(self) -> None:
         """Keep the workers busy."""

@@ -123,9 +123,11 @@ class SweepSpec(SweepPart):
                     field=f"zipped[{number}]",
                     remedy="give lists of equal length",
                 )
-        seen: set[str] = set()
-        for path in [*self.factors, *(path for group in self.zipped for path in group)]:
-            if path in seen:
-                raise InputError("varies twice", field=path, remedy="name it once")
-            seen.add(path)
+        seen = set(self.factors)
+        for number, group in enumerate(self.zipped):
+            for path in group:
+                if path in seen:
+                    field = f"zipped[{number}].{path}"
+                    raise InputError("varies twice", field=field, remedy="name it once")
+            seen |= set(group)
         return self

@@ -35,7 +35,8 @@ IMAGES = (*BOTH, *SCENE, *SENSOR, "simulation", "render/view")
 MEASURE = (
     *BOTH,
     *("detect", "match", "correspondence", "triangulate", "refine", "measure", "measuring_rig"),
-    *("rig_file", "score", "trial", "sweep/rows", "sweep/detectors", "sweep/stages"),
+    *("rig_file", "score", "trial"),
+    *("sweep/rows", "sweep/detectors", "sweep/stages", "sweep/shots"),
 )
 """Modules and packages of simtip that a stage's result depends on."""
 

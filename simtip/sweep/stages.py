@@ -5,16 +5,12 @@ from __future__ import annotations
 import json
 import time
 import traceback
-import zlib
-from collections import OrderedDict
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from simtip.detect import ConfiguredDetector
 from simtip.errors import InputError
@@ -24,13 +20,15 @@ from simtip.noise_budget import noise_tolerance
 from simtip.render import Backend, View, render_pair
 from simtip.render.threads import limited_threads
 from simtip.seeding import SEED_LIMIT
-from simtip.sensor import Image
 from simtip.simulation import expose_pair
 from simtip.spec import SceneSpec
 from simtip.sweep.cache import Cache
+from simtip.sweep.leaving import ToldToLeaveError, leaving_at_once
 from simtip.sweep.limit import Limit
+from simtip.sweep.memory import Memory, Records
 from simtip.sweep.plan import Plan, Trial
 from simtip.sweep.rows import Form, failed, record_of, row_of
+from simtip.sweep.shots import SIDES, Shot, read_shot, unchangeable, write_shot
 from simtip.sweep.stage_keys import digest_of, image_inputs, image_key, light_key, measure_key
 from simtip.trial import measured, refiner_of
 from simtip.truth import SceneTruth, scene_truth
@@ -39,7 +37,6 @@ if TYPE_CHECKING:
     from simtip.camera import StereoRig
     from simtip.refine.refinement import Refiner
 
-SIDES = ("left", "right")
 LIGHT, IMAGES, MEASURE = "light", "images", "measure"
 """Kinds of entries in the cache."""
 
@@ -47,15 +44,6 @@ INVALID, ERROR = "invalid", "error"
 """Statuses of trials that cannot be, and of those that came upon something unforeseen."""
 
 Row = dict[str, object]
-Made = TypeVar("Made")
-
-
-@dataclass(frozen=True, eq=False)
-class Shot:
-    """A pair of images and what a table says of how they came about."""
-
-    images: tuple[Image, Image]
-    exposure_s: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,42 +82,6 @@ class Setting:
         return refiner_of(self.spec)
 
 
-class Memory(OrderedDict[str, Any]):
-    """The last few things that were made, by key."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self._most = most
-
-    def give(self, key: str, make: Callable[[], Made]) -> Made:
-        """Give what is kept under a key, or make it."""
-        if key in self:
-            self.move_to_end(key)
-        else:
-            while len(self) >= self._most:
-                self.popitem(last=False)
-            self[key] = make()
-        found: Made = self[key]
-        return found
-
-
-class Records:
-    """What is known of a log of measurements."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, Row] = {}
-        self.read_bytes = 0
-
-    def take_in(self, lines: list[str], read_bytes: int) -> None:
-        """Take in what has been added; of damaged lines nothing."""
-        self.read_bytes = read_bytes
-        for line in lines:
-            with suppress(ValueError):
-                said = json.loads(line)
-                if isinstance(said, dict) and isinstance(said.get("record"), dict):
-                    self.found[str(said.get("key"))] = said["record"]
-
-
 class Stages:
     """Works out trials, each stage once.
 
@@ -165,14 +117,23 @@ class Stages:
         """How often each stage was worked out."""
 
     def row(self, trial: Trial) -> Row:
-        """Give a trial's row of the table; what fails is a row with its reason."""
+        """Give a trial's row of the table; what fails is a row with its reason.
+
+        Raises
+        ------
+        ToldToLeaveError
+            The process was told to leave meanwhile: nothing is known of the trial.
+        """
         key = self._plan.key(trial)
         try:
             setting = self._setting(trial)
             found = self._measured(trial, setting)
         except InputError as error:
             return failed(trial, key, INVALID, str(error), self._form)
-        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 (no trial ends the others, and resuming would find it again)
+        except ToldToLeaveError:
+            raise
+        # A detector may raise an interrupt, too: resuming would come upon it again and again.
+        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 (no trial ends the others)
             reason = "".join(traceback.format_exception_only(error)).strip()
             return failed(trial, key, ERROR, reason, self._form)
         return row_of(trial, key, setting, found, self._form)
@@ -245,8 +206,7 @@ class Stages:
         return records.found.get(key)
 
     def _shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
-        shot = self._kept_shot(setting, timings)
-        return Shot((_immutable(shot.images[0]), _immutable(shot.images[1])), shot.exposure_s)
+        return unchangeable(self._kept_shot(setting, timings))
 
     def _kept_shot(self, setting: Setting, timings: dict[str, float]) -> Shot:
         if self._cache is None:
@@ -254,13 +214,13 @@ class Stages:
         # Two workers may get trials of the same images at once.
         with self._locked(IMAGES, setting.images):
             folder = self._cache.entry(IMAGES, setting.images)
-            shot = None if folder is None else _read_shot(folder)
+            shot = None if folder is None else read_shot(folder)
             if shot is not None:
                 return shot
             if folder is not None:
                 self._cache.discard(IMAGES, setting.images)
             made = self._exposed(setting, timings)
-            self._cache.put(IMAGES, setting.images, lambda folder: _write_shot(folder, made))
+            self._cache.put(IMAGES, setting.images, lambda folder: write_shot(folder, made))
             return made
 
     @contextmanager
@@ -304,7 +264,7 @@ class Stages:
     def _rendered(self, setting: Setting, timings: dict[str, float]) -> tuple[View, View]:
         spec = setting.rendered
         start = time.perf_counter()
-        with limited_threads(self._threads):
+        with leaving_at_once(), limited_threads(self._threads):
             views = render_pair(
                 spec, backend=self._backend, seed=spec.seed, tolerance=noise_tolerance(spec)
             )
@@ -318,31 +278,3 @@ class Stages:
         if self._cache is not None:
             self._cache.put(LIGHT, setting.light, write)
         return views
-
-
-def _immutable(image: Image) -> Image:
-    """Give an image that no detector can change for those after it, whatever it tries."""
-    return cast("Image", np.frombuffer(image.tobytes(), image.dtype).reshape(image.shape))
-
-
-def _write_shot(folder: Path, shot: Shot) -> None:
-    about: dict[str, Any] = {"exposure_s": shot.exposure_s}
-    for side, image in zip(SIDES, shot.images, strict=True):
-        np.save(folder / f"{side}.npy", image, allow_pickle=False)
-        about[side] = zlib.crc32(np.ascontiguousarray(image).data)
-    (folder / "about.json").write_text(json.dumps(about), encoding="utf-8")
-
-
-def _read_shot(folder: Path) -> Shot | None:
-    """Read a pair of images; None if they are not as they were written."""
-    try:
-        about = json.loads((folder / "about.json").read_text(encoding="utf-8"))
-        images = [np.load(folder / f"{side}.npy", allow_pickle=False) for side in SIDES]
-        whole = all(
-            zlib.crc32(np.ascontiguousarray(image).data) == about[side]
-            for side, image in zip(SIDES, images, strict=True)
-        )
-        exposure_s = float(about["exposure_s"])
-    except (OSError, ValueError, KeyError, TypeError, EOFError):
-        return None
-    return Shot((images[0], images[1]), exposure_s) if whole else None

@@ -11,8 +11,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from simtip.detect.parameters import FIELD_PREFIX
 from simtip.errors import InputError
-from simtip.scene_file import load_scene
+from simtip.scene_file import SceneFile, read_scene
 from simtip.spec import SceneSpec
 from simtip.sweep.spec import MEASURED, SweepSpec
 from simtip.yaml_file import Document, FieldPath, dotted, load_yaml, shown, undotted
@@ -28,42 +29,68 @@ class SweepFile:
     ----------
     spec
         The sweep.
-    scene
-        The scene it names, as it is in its file.
+    scene_file
+        The scene it names, with its own file.
     document
         The file's plain data and line numbers.
     """
 
     spec: SweepSpec
-    scene: SceneSpec
+    scene_file: SceneFile
     document: Document
 
+    @property
+    def scene(self) -> SceneSpec:
+        """The scene it names, as it is in its file."""
+        return self.scene_file.spec
+
     def located(self, error: InputError) -> InputError:
-        """Give an error about a field of the scene the sweep file's line."""
+        """Give an error about a field the line that says it, in the sweep's file or its scene's."""
         if error.file is not None or error.field is None:
             return error
-        field = self._home(error.field)
+        place = place_of(self.document.value, error.field)
+        if place is None and error.field.startswith(f"{FIELD_PREFIX}."):
+            return self.scene_file.error(error.problem, error.field, remedy=error.remedy)
         return InputError(
             error.problem,
             file=self.document.file,
-            line=self.document.line(field),
+            line=self.document.line(place or ("base",)),
             field=error.field,
             remedy=error.remedy,
         )
 
-    def _home(self, field: str) -> FieldPath:
-        """Find where the sweep file gives a scene's field, or a part around it."""
-        for path in self.spec.factors:
-            if field == path or field.startswith((f"{path}.", f"{path}[")):
-                return ("factors", path)
-        for path in self.spec.base:
-            if field == path or field.startswith((f"{path}.", f"{path}[")):
-                return ("base", path)
-        for number, group in enumerate(self.spec.zipped):
-            for path in group:
-                if field == path or field.startswith((f"{path}.", f"{path}[")):
-                    return ("zipped", number, path)
-        return undotted(field)
+
+def place_of(data: Any, field: str) -> FieldPath | None:
+    """Find where a sweep's data gives a field, a part around it, or else a part of it.
+
+    Parameters
+    ----------
+    data
+        Of a sweep's file, whatever it holds.
+    field
+        Of the scene, such as ``lamps[0].power``; or of the sweep, such as ``zipped[0]``.
+    """
+    path = undotted(field)
+    given = {place: undotted(str(place[-1])) for place in _varied(data)}
+    same = [place for place in given if field in (place[-1], dotted(place), repr(place[-1]))]
+    around = [place for place, whole in given.items() if whole and path[: len(whole)] == whole]
+    within = [place for place, part in given.items() if part[: len(path)] == path]
+    for found in (same, sorted(around, key=lambda place: -len(given[place])), within):
+        if found:
+            return found[0]
+    return path if path and path[0] in SweepSpec.model_fields else None
+
+
+def _varied(data: Any) -> Iterator[FieldPath]:
+    """Give the places where a sweep's data names fields of the scene."""
+    said = data if isinstance(data, dict) else {}
+    parts: dict[FieldPath, Any] = {(name,): said.get(name) for name in ("factors", "base")}
+    groups = said.get("zipped")
+    for number, group in enumerate(groups if isinstance(groups, list) else ()):
+        parts["zipped", number] = group
+    for place, names in parts.items():
+        for name in names if isinstance(names, dict) else ():
+            yield (*place, name)
 
 
 def read_sweep(path: str | Path) -> SweepFile:
@@ -88,7 +115,7 @@ def read_sweep(path: str | Path) -> SweepFile:
         place = next(_not_finite(data, ()), ())
         raise document.error("is no number", place, remedy="give a finite number") from error
     folder = Path(path).absolute().parent
-    return SweepFile(_beside(folder, spec), load_scene(folder / spec.scene), document)
+    return SweepFile(_beside(folder, spec), read_scene(folder / spec.scene), document)
 
 
 def _not_finite(value: Any, path: FieldPath) -> Iterator[FieldPath]:
@@ -125,7 +152,8 @@ def _said(document: Document, error: ValidationError) -> InputError:
     refusal = first.get("ctx", {}).get("error")
     if isinstance(refusal, InputError):
         inner = undotted(refusal.field) if refusal.field else ()
-        return document.error(refusal.problem, (*path, *inner), remedy=refusal.remedy)
+        place = None if path else place_of(document.value, refusal.field or "")
+        return document.error(refusal.problem, place or (*path, *inner), remedy=refusal.remedy)
     said = {"extra_forbidden": "is no key of a sweep", "missing": "is missing"}
     problem = said.get(first["type"]) or first["msg"].replace("Input should ", "has to ")
     if first["type"] not in said:

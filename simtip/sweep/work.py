@@ -18,6 +18,7 @@ from simtip.errors import InputError
 from simtip.render import choose
 from simtip.spec import SceneSpec
 from simtip.sweep.cache import Cache
+from simtip.sweep.leaving import leaving_at_once
 from simtip.sweep.limit import Limit
 from simtip.sweep.note import Note
 from simtip.sweep.plan import Plan
@@ -128,7 +129,8 @@ def run_job(job: Job) -> Done:
 
 def _run(job: Job) -> Done:
     start = time.perf_counter()
-    plan, stages = _workshop(job.setup)
+    with leaving_at_once():
+        plan, stages = _workshop(job.setup)
     before = dict(stages.counts)
     rows: list[Row] = []
     render_s = None

@@ -421,3 +421,24 @@ def test_a_whole_process_says_the_same(case, file, text, bench):
 
     argv = MEASURE if file != "scene.yaml" else case.argv
     check(whole, bench, replace(case, argv=argv), file, text)
+
+
+EMPTY = {
+    "run": ("run", "scene.yaml", "-o", ""),
+    "render": ("render", "scene.yaml", "-o", ""),
+    "sweep": ("sweep", "scene.yaml", "-o", ""),
+    "a cache": ("sweep", "scene.yaml", "-o", "out", "--cache", ""),
+    "results": ("results", ""),
+    "cache": ("cache", "--cache", ""),
+    "images": ("detect", "left.png", ""),
+    "a scene": ("run", ""),
+}
+
+
+@pytest.mark.parametrize("argv", EMPTY.values(), ids=EMPTY)
+def test_an_empty_name_is_not_the_working_folder(argv, bench, ask):
+    before = snapshot(bench)
+    answer = ask(*argv)
+    assert ": is empty; see `simtip " in one_line(answer.err)
+    assert answer.code == 2
+    assert snapshot(bench) == before

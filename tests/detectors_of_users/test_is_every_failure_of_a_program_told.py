@@ -119,17 +119,41 @@ def test_a_signal_is_named(name, tmp_path):
     assert f"signal {name}" in o.reason
 
 
-def test_a_program_that_is_not_there_is_named():
-    o = seen("cmd:./no-such-program {image}")
-    assert o.status == "command_failed"
-    assert "./no-such-program cannot be started: No such file" in o.reason
+NOT_STARTED = {
+    "not there": ("./no-such-program", "./no-such-program cannot be started: no such file"),
+    "not in PATH": ("no-such-program", "no such program in PATH; name it with its folder"),
+    "a folder": ("./folder", "it is a folder"),
+    "no program": ("./plain", "it may not be executed; allow it (chmod +x)"),
+    "a NUL": ("./a\0b", "no such file"),
+}
 
 
 @posix
-def test_a_file_that_is_no_program_is_named(tmp_path):
+@pytest.mark.parametrize(("name", "said"), NOT_STARTED.values(), ids=NOT_STARTED)
+def test_a_program_that_cannot_be_started_is_refused_before_any_image(
+    name, said, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "plain").write_text("plain")
-    o = seen(f"cmd:{tmp_path}/plain {{image}}")
-    assert (o.status, "Permission denied" in o.reason) == ("command_failed", True)
+    (tmp_path / "folder").mkdir()
+    for reference, settings in ((f"{name} {{image}}", {}), ("{exe} {image}", {"exe": name})):
+        with pytest.raises(InputError) as caught:
+            detect.configure(f"cmd:{reference}", settings)
+        assert caught.value.field == "detect.name"
+        assert said in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+@posix
+def test_one_that_vanishes_later_is_a_failed_observation(tmp_path):
+    file = tmp_path / "vanishing"
+    file.write_text("#!/bin/sh\n")
+    file.chmod(0o755)
+    look = detect.configure(f"cmd:{file} {{image}}", {})
+    file.unlink()
+    o = look(GRAY)
+    assert o.status == "command_failed"
+    assert "vanishing cannot be started: No such file" in o.reason
 
 
 def test_a_nul_in_a_value_is_no_traceback(tmp_path):

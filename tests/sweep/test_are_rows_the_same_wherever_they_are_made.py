@@ -90,8 +90,10 @@ def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on(tmp_path):
         scheduler.kill()
         said = process.communicate(timeout=120)[1]
     assert process.returncode == 2
-    assert said.count("\n") == 1
-    assert "the cluster gave up" in said
+    # A slow machine has said before how far it is.
+    told = [line for line in said.splitlines() if " renders" not in line]
+    assert len(told) == 1
+    assert "the cluster gave up" in told[0]
     done = summary(file, out)
     assert done["found"] > 0
     assert done["found"] + done["done"] == 30 * TRIALS

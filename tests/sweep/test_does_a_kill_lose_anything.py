@@ -12,7 +12,7 @@ import pytest
 from small_sweeps import assert_same_rows, command, rows, run, summary, sweep_file
 
 KILLS = int(os.environ.get("SIMTIP_KILLS", "3"))
-"""Of the whole group, and as many of single workers; `make kills` takes 20."""
+"""Of the whole group, and as many of single workers."""
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,9 @@ from simtip.cli.program import app
 from simtip.errors import InputError
 from simtip.light_inputs import light_digest
 from simtip.sweep import stage_keys
+from simtip.sweep.leaving import ToldToLeaveError
 from simtip.sweep.plan import Plan
+from simtip.sweep.shots import Shot
 from simtip.sweep.sweep_file import read_sweep
 
 
@@ -131,6 +133,37 @@ def test_repeats_have_noise_of_their_own(tmp_path):
     plan = plan_of(tmp_path, repeats=3)
     stages = Stages(plan, None, choose("llvm"), Limit(60))
     assert len({stages._setting(plan.trial(k)).seed for k in range(3)}) == 3
+
+
+@pytest.fixture
+def ending(tmp_path, monkeypatch):
+    """Give the row of a trial whose images make the detector raise something."""
+    from simtip.render import choose
+    from simtip.sweep.limit import Limit
+    from simtip.sweep.stages import Stages
+
+    plan = plan_of(tmp_path)
+    stages = Stages(plan, None, choose("llvm"), Limit(60))
+
+    def row(error):
+        def measured(*_, **__):
+            raise error
+
+        monkeypatch.setattr(stages, "_shot", lambda *_: Shot((None, None), 0.04))
+        monkeypatch.setattr("simtip.sweep.stages.measured", measured)
+        return stages.row(plan.trial(0))
+
+    return row
+
+
+def test_an_interrupt_by_a_detector_is_a_row(ending):
+    row = ending(KeyboardInterrupt("mine"))
+    assert (row["status"], row["reason"]) == ("error", "KeyboardInterrupt: mine")
+
+
+def test_of_a_trial_that_is_left_there_is_no_row(ending):
+    with pytest.raises(ToldToLeaveError):
+        ending(ToldToLeaveError())
 
 
 PACKAGE = stage_keys.PACKAGE

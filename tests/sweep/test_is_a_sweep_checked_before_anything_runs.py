@@ -114,6 +114,38 @@ CASES = {
         {"factors": {"lamps[00].power": [1.0], "lamps[0].power": [2.0]}},
         ["lamps[00].power: is no plain name; write it 'lamps[0].power'"],
     ),
+    "a lamp counted from the end": (
+        {"repeats": 2, "factors": {"lamps[-1].power": [1.0]}},
+        ["sweep.yaml:4: lamps[-1].power: counts from the end; count from the first"],
+    ),
+    "a lamp of the base counted from the end": (
+        {"repeats": 2, "base": {"render.crop": True, "lamps[-1].power": 1.0}},
+        ["sweep.yaml:5: lamps[-1].power: counts from the end"],
+    ),
+    "no name": (
+        {"repeats": 2, "factors": {"": [1.0]}},
+        ["sweep.yaml:4: '': names no field"],
+    ),
+    "the detector's name as a factor": (
+        {"repeats": 2, "factors": {"detect.name": ["lin2020"]}},
+        ["sweep.yaml:4: detect.name: is varied by detectors"],
+    ),
+    "a field that varies twice, by its line": (
+        {"factors": {"lamps[0].power": [1.0]}, "zipped": [{"lamps[0].power": [1.0]}]},
+        ["sweep.yaml:6: zipped[0].lamps[0].power: varies twice"],
+    ),
+    "a detector's parameter of the base": (
+        {"repeats": 2, "base": {"detect.treshold": 90}},
+        ["sweep.yaml:4: detect.treshold: ", "did you mean 'threshold'?"],
+    ),
+    "a field that another kind has": (
+        {"factors": {"needle.tip": [{"kind": "bevel", "length_mm": 5}]}},
+        ["sweep.yaml:3: needle.tip.length_mm: is nothing that this kind has; leave it out"],
+    ),
+    "a field that another one does not fit": (
+        {"repeats": 2, "factors": {"rig.left.width": [100]}},
+        ["sweep.yaml:4: rig.left.width: does not go with rig.left.", "does not lie in"],
+    ),
     "more trials than anyone wants": (
         {
             "factors": {
@@ -136,6 +168,16 @@ def test_what_is_wrong_is_one_line(case, tmp_path):
         assert part in said
 
 
+def test_a_fault_of_the_scene_names_the_line_in_its_file(tmp_path):
+    scene = scene_file(tmp_path)
+    scene.write_text(scene.read_text().replace("min_area_px", "min_aera_px"))
+    line = 1 + scene.read_text().splitlines().index("  min_aera_px: 300")
+    (tmp_path / "sweep.yaml").write_text("scene: scene.yaml\nfactors: {}\n")
+    with pytest.raises(InputError) as caught:
+        planned(tmp_path / "sweep.yaml")
+    assert f"scene.yaml:{line}: detect.min_aera_px: " in str(caught.value)
+
+
 def test_on_the_command_line_it_is_exit_code_2_and_nothing_is_written(tmp_path, capsys):
     scene_file(tmp_path)
     file = tmp_path / "sweep.yaml"
@@ -155,6 +197,18 @@ def test_on_the_command_line_it_is_exit_code_2_and_nothing_is_written(tmp_path, 
     ("options", "said"),
     [
         (["--detector", ""], "--detector: is empty"),
+        (
+            ["--detector", "cmd:./nowhere {image}"],
+            "--detector: ./nowhere cannot be started: no such file; name a program that is there",
+        ),
+        (
+            ["--dry-run", "--detector", "lin2020", "--detector", "cmd:no-such-program {image}"],
+            "--detector: no-such-program cannot be started: no such program in PATH",
+        ),
+        (
+            ["--detector", "lin2020", "--detector", "lin2020"],
+            "--detector: names 'lin2020' twice; name it once",
+        ),
         (["--scheduler", "foo"], "--scheduler: 'foo' is no address; write e.g. tcp://host:8786"),
         (["--scheduler", "tcp://a:1", "--workers", "2"], "--workers: is the cluster's affair"),
     ],
@@ -167,6 +221,22 @@ def test_options_that_cannot_be(options, said, tmp_path):
     assert isinstance(done.exception, InputError)
     assert said in str(done.exception)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("more", [[], ["--dry-run"]])
+@pytest.mark.parametrize(
+    ("name", "said"), [("other", "holds something else (photo.png)"), ("file", "file: cannot be")]
+)
+def test_a_folder_that_cannot_be_is_said_by_a_dry_run_too(name, said, more, tmp_path):
+    scene_file(tmp_path)
+    (tmp_path / "sweep.yaml").write_text("scene: scene.yaml")
+    (tmp_path / "file").touch()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "photo.png").touch()
+    words = ["sweep", str(tmp_path / "sweep.yaml"), "-o", str(tmp_path / name), *more]
+    done = CliRunner().invoke(app, words)
+    assert isinstance(done.exception, InputError)
+    assert said in str(done.exception)
 
 
 @pytest.mark.parametrize("text", ["[]", "3", "", "{", "scene: !!python/name:os.system"])

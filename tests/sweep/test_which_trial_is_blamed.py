@@ -4,13 +4,16 @@ import os
 import signal
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from simtip.sweep.crashes import DIED, MOST_KILLS, TIMED_OUT, Crashes
+from simtip.sweep.leaving import leaving_at_once
 from simtip.sweep.limit import Limit
 from simtip.sweep.note import Last, Note, read_note
+from simtip.sweep.pool import is_crash
 from simtip.sweep.processes import Processes
 
 TRIALS = (3, 5, 8, 13)
@@ -178,3 +181,65 @@ def test_programs_end_with_their_worker(tmp_path):
     time.sleep(0.5)
     lines = [p.read_bytes() for p in Path("/proc").glob("[0-9]*/cmdline") if p.exists()]
     assert not [line for line in lines if path.encode() in line]
+
+
+def cleaning_up(path):
+    """Say that it is at work, and at its end that it has cleaned up."""
+    Path(path).write_text("at work")
+    try:
+        while True:
+            time.sleep(0.01)
+    finally:
+        Path(path).write_text("cleaned up")
+
+
+def in_vain(path):
+    """Be at work where nothing has to be cleaned up."""
+    with leaving_at_once():
+        cleaning_up(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize(
+    ("work", "left"), [(cleaning_up, "cleaned up"), (in_vain, "at work")], ids=["work", "a render"]
+)
+def test_a_worker_told_to_leave_cleans_up_and_is_seen_to_be_killed(tmp_path, work, left, capfd):
+    path = tmp_path / "said"
+    executor = Processes(1)
+    try:
+        future = executor.submit(work, str(path))
+        until = time.monotonic() + 60
+        while not path.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        executor._process[future].terminate()
+        assert is_crash(future.exception(30))
+        assert executor.exit_code(future) == -signal.SIGTERM
+        assert path.read_text() == left
+    finally:
+        executor.kill()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_idle_worker_told_to_leave_says_nothing(capfd):
+    executor = Processes(1)
+    try:
+        future = executor.submit(os.getpid)
+        os.kill(future.result(60), signal.SIGTERM)
+        until = time.monotonic() + 10
+        while executor._process[future].exitcode is None and time.monotonic() < until:
+            time.sleep(0.01)
+        assert executor._process[future].exitcode == -signal.SIGTERM
+    finally:
+        executor.kill()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("error", [None, ValueError])
+def test_a_note_of_what_went_wrong_stays(tmp_path, error):
+    path = str(tmp_path / "note")
+    with suppress(ValueError), Note(path) as note:
+        note.at(7)
+        if error is not None:
+            raise error
+    assert read_note(path) == (None if error is None else Last(7, timed_out=False))

@@ -6,18 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import simtip
 from simtip.sweep.cache import Cache
 
 BLOCK = 4096
 KEYS = [f"{k:016x}" for k in range(16)]
 
-# The package without its __init__, which takes seconds to load and which the cache does not need.
-PRELUDE = f"""
-import os, random, sys, time, types
-simtip = types.ModuleType("simtip")
-simtip.__path__ = {list(simtip.__path__)!r}
-sys.modules["simtip"] = simtip
+PRELUDE = """
+import os, random, sys, time
 from pathlib import Path
 from simtip.sweep.cache import Cache
 folder = Path(sys.argv[1])

@@ -8,7 +8,7 @@ import time
 import pytest
 from cache_processes import BLOCK, KEYS, blocks, ended, kept, leftovers, start
 
-from simtip.sweep import cache as module
+from simtip.sweep import cache_items as module
 from simtip.sweep.cache import Cache
 
 HOUR_S = 3600
@@ -180,7 +180,7 @@ def test_the_summary_tells_uses(tmp_path):
 
 def test_what_vanishes_while_it_is_looked_at_is_no_error(tmp_path, monkeypatch):
     cache = filled(tmp_path, 8, limit_blocks=16)
-    listed = module._listed
+    listed = module.listed
     gone = []
 
     def late(folder):
@@ -190,6 +190,6 @@ def test_what_vanishes_while_it_is_looked_at_is_no_error(tmp_path, monkeypatch):
             Cache(tmp_path).clear()
         return found
 
-    monkeypatch.setattr(module, "_listed", late)
+    monkeypatch.setattr(module, "listed", late)
     assert cache.summary() == {}
     assert gone

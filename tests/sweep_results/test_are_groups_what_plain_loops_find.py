@@ -11,7 +11,9 @@ import pytest
 from sweep_tables import make, row
 
 from simtip.errors import InputError
-from simtip.sweep.summary import OPERATORS, STATISTICS, filtered, grouped, plain
+from simtip.sweep.conditions import OPERATORS, filtered
+from simtip.sweep.frames import plain
+from simtip.sweep.summary import STATISTICS, grouped
 
 BY = {
     "detect.threshold": [40, 60, 2**62 + 1, None],

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from sweep_tables import COLUMNS, make, row
 
-from simtip.sweep.summary import to_csv
+from simtip.sweep.csv_text import to_csv
 
 TEXTS = ["plain", 'a "quoted", one', "two\nlines", "two\r\nlines", " spaces ", "ä🪡", "", "a;b\tc"]
 FORMULAS = ["=1+1", "+49", "-1", "@SUM(A1)", "\tx", "\rx", '=HYPERLINK("http://x","y")']
@@ -73,7 +73,7 @@ def test_a_name_of_a_column_is_no_formula_either(tmp_path):
 
 
 def test_many_rows_are_all_written(tmp_path, monkeypatch):
-    monkeypatch.setattr("simtip.sweep.summary.CHUNK_ROWS", 7)
+    monkeypatch.setattr("simtip.sweep.csv_text.CHUNK_ROWS", 7)
     found = read_back(to_csv(make(tmp_path, [row(k) for k in range(50)]).frame()))
     assert [int(one["trial"]) for one in found] == list(range(50))
     (tmp_path / "none").mkdir()

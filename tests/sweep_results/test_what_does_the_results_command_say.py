@@ -100,6 +100,38 @@ def test_what_a_terminal_would_obey_is_shown_instead(folder, ask, tmp_path):
     assert r"e[bold]vil\x1b[2J: 12 of 40 trials known, 2 of them chosen" in told.out
 
 
+def test_parts_are_told_on_one_line(tmp_path, ask, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    tips = [
+        {"kind": "cone", "length_mm": 5},
+        {"kind": "bevel", "angle_deg": 20.5, "tip": {"kind": "round", "radius_mm": 0.1}},
+        {"holes_mm": [1, 2], "sharp": True},
+    ]
+    texts = [json.dumps(tip, sort_keys=True) for tip in [*tips, [163, 177], {}]] + ["{none", "free"]
+    made = [row(k, needle__tip__kind=text, reason="[1]") for k, text in enumerate(texts)]
+    make(tmp_path / "out", made)
+    said = ask(str(tmp_path / "out")).out
+    for words in (
+        "cone length_mm=5",
+        "bevel angle_deg=20.5 tip=(round radius_mm=0.1)",
+        "holes_mm=[1, 2] sharp=true",
+        "[163, 177]",
+        "{none",
+    ):
+        assert f" {words} " in said, said
+    assert '"kind"' not in said
+    groups = ask(str(tmp_path / "out"), "--by", "needle.tip.kind").out
+    assert " cone length_mm=5 " in groups
+    for written in ("cone length_mm=5", texts[0]):
+        where = ["--where", f"needle.tip.kind=={written}", "--json"]
+        assert [one["trial"] for one in json.loads(ask(str(tmp_path / "out"), *where).out)] == [0]
+    # Others read it as it was.
+    told = json.loads(ask(str(tmp_path / "out"), "--json").out)
+    assert [one["needle.tip.kind"] for one in told] == texts
+    table = list(csv.DictReader(io.StringIO(ask(str(tmp_path / "out"), "--csv", "-").out)))
+    assert [one["needle.tip.kind"] for one in table] == texts
+
+
 def test_groups_are_a_table(folder, ask):
     told = ask(
         str(folder), "--by", "detect.threshold, detector", "--stat", "count,error_norm_mm:max"
