@@ -26,6 +26,14 @@ from simtip.scene_file import dump_scene, load_scene
 NAMES = {"truth.json", "scene.yaml", "rig_true.yaml"}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _few_candidates():
+    """Choose poses among fewer: how good they are is asked elsewhere."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("simtip.plate_poses.CANDIDATES", 1024)
+        yield
+
+
 @pytest.fixture(scope="module")
 def boards(scene) -> BoardSet:
     return plan_boards(small(scene), seed=4)
@@ -136,6 +144,7 @@ def test_a_foreign_folder_is_refused(tmp_path, boards, drawn, name, content, pro
     assert not drawn
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn")
 def test_the_folders_own_scene_goes_on_with_it(tmp_path, boards):
     """Also when the scene named a rig that measures."""

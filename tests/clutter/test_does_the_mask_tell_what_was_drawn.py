@@ -132,6 +132,7 @@ def test_lines_have_their_length_and_width():
             assert 27 < extent < 31
 
 
+@pytest.mark.slow
 def test_each_level_has_more_of_everything_than_the_one_before():
     shares = []
     for level in LEVELS:

@@ -32,7 +32,7 @@ def compared(kernel, psf):
         yield np.hypot(u, v), transfer_of(kernel, u, v), expected
 
 
-@pytest.mark.parametrize("f_number", [1.4, 2.0, 4.0])
+@pytest.mark.parametrize("f_number", [pytest.param(1.4, marks=pytest.mark.slow), 2.0, 4.0])
 @pytest.mark.parametrize("energy", [0.98, 0.995])
 def test_diffraction_has_the_closed_transfer_function_but_for_the_veil(f_number, energy):
     psf = Psf(f_number, GREEN, 3.2, encircled_energy=energy)
@@ -53,7 +53,7 @@ def test_sampling_the_pattern_at_pixel_centres_would_fail_that():
     assert max(off) > 0.05
 
 
-@pytest.mark.parametrize("sigma_um", [0.0, 0.4])
+@pytest.mark.parametrize("sigma_um", [0.0, pytest.param(0.4, marks=pytest.mark.slow)])
 def test_on_fine_pixels_the_transfer_function_is_that_of_the_optics_alone(sigma_um):
     pixel_um = 0.154
     psf = Psf(1.4, GREEN, pixel_um, sigma_um, encircled_energy=0.99)

@@ -31,6 +31,7 @@ def test_a_needle_with_both_ends_outside_has_no_tip_in_the_picture():
     assert "both ends" in reason
 
 
+@pytest.mark.slow
 def test_an_end_that_is_no_tip_is_refused():
     """A blot on the tip: the fit that is best is far from good, and pixels off."""
     light = SHAFT.light()
