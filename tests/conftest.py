@@ -36,10 +36,6 @@ def pytest_collection_finish():
     gc.enable()
 
 
-def pytest_unconfigure():
-    gc.unfreeze()
-
-
 @pytest.fixture(scope="session")
 def scene_path() -> Path:
     """The paper's set-up."""

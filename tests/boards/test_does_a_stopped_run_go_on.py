@@ -26,14 +26,6 @@ from simtip.scene_file import dump_scene, load_scene
 NAMES = {"truth.json", "scene.yaml", "rig_true.yaml"}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _few_candidates():
-    """Choose poses among fewer: how good they are is asked elsewhere."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simtip.plate_poses.CANDIDATES", 1024)
-        yield
-
-
 @pytest.fixture(scope="module")
 def boards(scene) -> BoardSet:
     return plan_boards(small(scene), seed=4)

@@ -123,6 +123,7 @@ def test_a_camera_without_shot_noise_has_no_gain_to_find(noise_seed, sigma_d_e):
         assert "noise" in found["reasons"][key]
 
 
+@pytest.mark.slow
 def test_an_adc_that_clips_first_is_said_and_measured():
     camera = quiet_12_bit(full_well_e=50_000, shape=(96, 96))
     found = measured(camera)

@@ -94,7 +94,10 @@ def test_areas_alone_would_have_the_wrong_width():
         assert second_moment(area) / sigma**2 == pytest.approx(factor, abs=0.02)
 
 
-@pytest.mark.parametrize("f_number", [0.7, 1.4, 2.8, 5.6, 8.0, 16.0])
+@pytest.mark.parametrize(
+    "f_number",
+    [0.7, *(pytest.param(n, marks=pytest.mark.slow) for n in (1.4, 2.8, 5.6, 16.0)), 8.0],
+)
 def test_diffraction_has_the_second_moment_of_the_cut_pattern(f_number):
     psf = Psf(f_number, GREEN, 3.2)
     own, _ = airy_moments(psf.airy_unit_px(0), psf.airy_radius_px(0))

@@ -80,6 +80,7 @@ def test_a_perfect_board_is_lost_in_a_furnace_but_for_the_needles_shadow(scene):
         assert np.ptp(board) < 2e-3
 
 
+@pytest.mark.slow
 def test_no_wall_adds_to_the_ambient_light(scene):
     data = furnace(scene, {}).model_dump(mode="json")
     plain = render_pair(SceneSpec.model_validate(data))

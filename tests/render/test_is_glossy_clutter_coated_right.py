@@ -154,6 +154,7 @@ def test_a_lamp_that_fills_the_view_is_as_good_as_ambient_light(scene, seen, alb
     as_good_as_ambient(seen, setting(scene), albedo)
 
 
+@pytest.mark.slow
 def test_light_counted_twice_would_be_seen(scene, seen):
     with pytest.raises(AssertionError, match="Not equal"):
         as_good_as_ambient(seen, setting(scene), 0.6, power_heuristic=lambda *_: 1)

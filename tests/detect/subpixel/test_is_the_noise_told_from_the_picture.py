@@ -34,7 +34,10 @@ def told(drawn, image):
 light = cache(Drawn.light)
 
 
-@pytest.mark.parametrize("degrees", [0.0, 5.0, 15.0, 20.0, 30.0, 44.0])
+@pytest.mark.parametrize(
+    "degrees",
+    [0.0, *(pytest.param(d, marks=pytest.mark.slow) for d in (5.0, 15.0, 30.0)), 20.0, 44.0],
+)
 @pytest.mark.parametrize(
     "noise_dn",
     [pytest.param(0.7, marks=pytest.mark.slow), 1.5, pytest.param(4.0, marks=pytest.mark.slow)],
