@@ -95,10 +95,9 @@ def ask():
     return call
 
 
-@pytest.fixture(autouse=True)
-def _no_scalar_left_behind():
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown():
     """After a scalar render, leave no back end set that every later render has to go back to."""
-    yield
     mitsuba = sys.modules.get("mitsuba")
     if mitsuba is not None and str(mitsuba.variant()).startswith("scalar"):
         mitsuba.set_variant(choose().variant)

@@ -223,6 +223,7 @@ def test_the_derivatives_are_those_of_the_residuals(noisy, model):
             assert np.abs(numeric - analytic).max() < 1e-6 * np.abs(analytic).max() + 1e-6
 
 
+@pytest.mark.slow
 def test_the_order_of_the_views_and_missing_points_do_not_matter(noisy):
     some = np.sort(np.random.default_rng(1).permutation(len(POINTS))[:20])
     partial = replace(noisy[2], left=Sighting(noisy[2].left.ids[some], noisy[2].left.pixels[some]))
@@ -235,6 +236,7 @@ def test_the_order_of_the_views_and_missing_points_do_not_matter(noisy):
     assert len(forth.epipolar.left_px) == 7 * 30 + 20
 
 
+@pytest.mark.slow
 def test_a_far_start_ends_at_the_same_place(noisy):
     ours = calibrate(noisy, POINTS, SIZE, SIZE)
     problem = screened(noisy, POINTS).problem(LensModel.OPENCV5)

@@ -188,6 +188,7 @@ def test_without_lamps_there_are_no_shadows_and_the_truth_says_so(paper_rig):
     assert [x["name"] for x in truth["objects"]] == ["cable_1"]
 
 
+@pytest.mark.slow
 def test_a_needle_that_touches_the_board_leaves_no_room_behind_it(paper_rig):
     low = setting_of(paper_rig, tip=np.array([-10.0, 20, 258]), hub=np.array([-10.0, -130, 258]))
     clutter = ClutterSpec(level="hostile")

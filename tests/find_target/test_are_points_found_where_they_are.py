@@ -101,6 +101,7 @@ def test_the_paper_s_board_at_its_distance():
     assert e.std() < 0.01
 
 
+@pytest.mark.slow
 def test_a_board_upside_down_has_its_first_point_at_the_other_end():
     target = Chessboard(7, 4, 6.0)
     image, truth = photograph(target)

@@ -75,12 +75,10 @@ def test_frames_that_are_not_the_needles_are_refused():
         Solid.from_mesh(vertices, faces[:, ::-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "text"),
-    [
-        pytest.param("needle_18g.ply", "cone:1.67:5", marks=pytest.mark.slow),
-        ("needle_18g_bevel.ply", "bevel:1.67:20"),
-    ],
+    [("needle_18g.ply", "cone:1.67:5"), ("needle_18g_bevel.ply", "bevel:1.67:20")],
 )
 def test_text_and_mesh_file_are_the_same_needle(file, text, tmp_path):
     one, other = read_solid(ASSETS / file), named(text)

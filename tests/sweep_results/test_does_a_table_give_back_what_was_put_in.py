@@ -138,6 +138,7 @@ def test_merging_changes_no_row(tmp_path, monkeypatch):
     assert 25 < max(sizes) <= 50
 
 
+@pytest.mark.slow
 def test_few_parts_are_left_alone(tmp_path):
     table = make(tmp_path)
     for k in range(64):

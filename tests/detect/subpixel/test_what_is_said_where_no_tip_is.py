@@ -42,6 +42,7 @@ def test_an_end_that_is_no_tip_is_refused():
     assert "no tip that is known" in reason or "seen to end" in reason
 
 
+@pytest.mark.slow
 def test_a_tip_is_never_found_outside_the_picture():
     """A rod beside the needle, which leaves the picture, once led there."""
     drawn = Drawn(degrees=6.0, tip_px=(160.0, 200.0), shape=(320, 320))
