@@ -100,7 +100,7 @@ def test_what_a_killed_run_left_is_removed(tmp_path, boards):
 @pytest.mark.parametrize(
     "other",
     [
-        {"target": "chessboard:3x3:1.6"},
+        pytest.param({"target": "chessboard:3x3:1.6"}, marks=pytest.mark.slow),
         pytest.param({"views": 2}, marks=pytest.mark.slow),
         pytest.param(
             {"plate": {"margin_mm": 0.5, "thickness_mm": 0.5, "bow_mm": 0.01}},
