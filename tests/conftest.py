@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import gc
 import os
 import sys
+from functools import cache
 from pathlib import Path
 
 # No test multiplies large matrices: more threads only wait for each other, and for other workers.
@@ -10,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
+import typer.main
 from asked import call
 from regions import with_roi
 
@@ -19,7 +22,18 @@ from simtip.render.backend import choose
 from simtip.scene_file import load_scene
 from simtip.spec import SceneSpec
 
+# The command line is built anew for every call, which takes longer than most of what is asked.
+typer.main.get_command = cache(typer.main.get_command)
+
+# Until all tests are collected nothing is garbage, and then they need not be looked through again.
+gc.disable()
+
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_collection_finish():
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
@@ -81,10 +95,9 @@ def ask():
     return call
 
 
-@pytest.fixture(autouse=True)
-def _no_scalar_left_behind():
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown():
     """After a scalar render, leave no back end set that every later render has to go back to."""
-    yield
     mitsuba = sys.modules.get("mitsuba")
     if mitsuba is not None and str(mitsuba.variant()).startswith("scalar"):
         mitsuba.set_variant(choose().variant)

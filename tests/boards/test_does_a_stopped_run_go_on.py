@@ -100,7 +100,7 @@ def test_what_a_killed_run_left_is_removed(tmp_path, boards):
 @pytest.mark.parametrize(
     "other",
     [
-        {"target": "chessboard:3x3:1.6"},
+        pytest.param({"target": "chessboard:3x3:1.6"}, marks=pytest.mark.slow),
         pytest.param({"views": 2}, marks=pytest.mark.slow),
         pytest.param(
             {"plate": {"margin_mm": 0.5, "thickness_mm": 0.5, "bow_mm": 0.01}},
@@ -136,6 +136,7 @@ def test_a_foreign_folder_is_refused(tmp_path, boards, drawn, name, content, pro
     assert not drawn
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn")
 def test_the_folders_own_scene_goes_on_with_it(tmp_path, boards):
     """Also when the scene named a rig that measures."""

@@ -172,6 +172,7 @@ def test_the_terminal_says_it_in_a_line(told, line, capsys):
     assert "bound" not in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_run_reports_the_files_bound_over_its_error(ask, tmp_path, small_scene, bound_json):
     scene, file = tmp_path / "scene.yaml", tmp_path / "b.json"
     spec = changed(small_scene, render={"samples": 16})

@@ -65,7 +65,7 @@ def made_up(truth, *, quantised=0.3, noise=0.1, short=8.0, defocus=1.5):
     """Give tips by state: seen short, more so out of focus, rounded, noisy."""
     found = {}
     for focus in (False, True):
-        calm = truth.true_px + [0, -(short + defocus * focus)]
+        calm = truth.true_px + np.array([0, -(short + defocus * focus)])
         rounding = RNG.uniform(-quantised, quantised, truth.true_px.shape)
         shaken = RNG.normal(0, noise, (REPLICATES, *truth.true_px.shape))
         for quantisation in (False, True):

@@ -44,7 +44,7 @@ def test_shares_and_the_rest_make_the_total_in_every_case():
 
 def test_causes_that_add_have_one_share_however_it_is_asked():
     parts = [1.0, 2.0, 4.0]
-    found = split(game(3, lambda one, r: 0.5 + sum(parts[k] for k in one)), 3, 0.95)
+    found = split(game(3, lambda one, _: 0.5 + sum(parts[k] for k in one)), 3, 0.95)
     for shares in (found.shapley, found.alone, found.removed):
         assert shares[:, 0] == pytest.approx(parts)
 
@@ -52,7 +52,7 @@ def test_causes_that_add_have_one_share_however_it_is_asked():
 def test_a_square_of_a_sum_is_shared_with_its_cross_terms():
     """(a + b)^2: each gets its own square and half of 2 a b."""
     a, b = 3.0, 1.0
-    found = split(game(2, lambda one, r: sum((a, b)[k] for k in one) ** 2), 2, 0.95)
+    found = split(game(2, lambda one, _: sum((a, b)[k] for k in one) ** 2), 2, 0.95)
     assert found.shapley[:, 0] == pytest.approx([a**2 + a * b, b**2 + a * b])
     assert found.alone[:, 0] == pytest.approx([9, 1])
     assert found.removed[:, 0] == pytest.approx([15, 7])

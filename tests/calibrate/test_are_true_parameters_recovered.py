@@ -21,6 +21,10 @@ RATIONAL = (8, 4, 1e-3, -5e-4, 0.2, 8.3, 6, 1.2)
 STRONG = (-0.3, 0.12, 0.001, -0.002, 0.01)
 
 
+def slow(*case):
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 def relative_errors(comparison):
     for p in comparison.parameters:
         # what is truly zero is held against 1: px, mm, or a coefficient
@@ -31,14 +35,14 @@ def relative_errors(comparison):
     ("model", "left_d", "right_d", "bar"),
     [
         ("none", (), (), 1e-9),
-        ("radial2", (-0.11, 0.15, 0, 0), (-0.1, 0.12, 0, 0), 1e-9),
-        ("radtan", (-0.11, 0.15, 1e-3, -5e-4), (-0.1, 0.12, -8e-4, 6e-4), 1e-9),
-        ("opencv5", (-0.11, 0.15, 4e-4, -3e-4, -0.05), (-0.1, 0.12, -3e-4, 5e-4, -0.02), 1e-9),
-        ("opencv5", (), (), 1e-9),
+        slow("radial2", (-0.11, 0.15, 0, 0), (-0.1, 0.12, 0, 0), 1e-9),
+        slow("radtan", (-0.11, 0.15, 1e-3, -5e-4), (-0.1, 0.12, -8e-4, 6e-4), 1e-9),
+        slow("opencv5", (-0.11, 0.15, 4e-4, -3e-4, -0.05), (-0.1, 0.12, -3e-4, 5e-4, -0.02), 1e-9),
+        slow("opencv5", (), (), 1e-9),
         ("opencv5", STRONG, STRONG, 1e-9),
         # numerator and denominator nearly cancel, which costs digits
-        ("rational", RATIONAL, RATIONAL, 1e-6),
-        ("auto", (-0.11, 0.15, 0, 0), (-0.1, 0.12, 0, 0), 1e-9),
+        slow("rational", RATIONAL, RATIONAL, 1e-6),
+        slow("auto", (-0.11, 0.15, 0, 0), (-0.1, 0.12, 0, 0), 1e-9),
     ],
 )
 def test_noise_free_corners_give_the_true_rig(model, left_d, right_d, bar):
@@ -52,6 +56,7 @@ def test_noise_free_corners_give_the_true_rig(model, left_d, right_d, bar):
     assert worst[1] < bar, worst
 
 
+@pytest.mark.slow
 def test_the_papers_set_is_recovered_with_88_corners_and_20_pairs():
     rig, points = paper_rig(), grid()
     poses = board_poses(rig, points, 20)
@@ -132,6 +137,7 @@ def opencv_residuals(x, views, free):
     return np.concatenate(out).ravel()
 
 
+@pytest.mark.slow
 def test_views_of_one_camera_count_as_in_scipys_least_squares(noisy):
     views = [
         replace(v, left=None) if i == 1 else replace(v, right=None) if i == 3 else v
@@ -217,6 +223,7 @@ def test_the_derivatives_are_those_of_the_residuals(noisy, model):
             assert np.abs(numeric - analytic).max() < 1e-6 * np.abs(analytic).max() + 1e-6
 
 
+@pytest.mark.slow
 def test_the_order_of_the_views_and_missing_points_do_not_matter(noisy):
     some = np.sort(np.random.default_rng(1).permutation(len(POINTS))[:20])
     partial = replace(noisy[2], left=Sighting(noisy[2].left.ids[some], noisy[2].left.pixels[some]))
@@ -240,6 +247,7 @@ def test_the_same_views_give_the_same_bits(noisy):
     assert len({rig.left.K.tobytes() + rig.T_lr.t.tobytes() for rig in rigs}) == 1
 
 
+@pytest.mark.slow
 def test_a_far_start_ends_at_the_same_place(noisy):
     ours = calibrate(noisy, POINTS, SIZE, SIZE)
     problem = screened(noisy, POINTS).problem(LensModel.OPENCV5)

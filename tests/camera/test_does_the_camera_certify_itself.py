@@ -84,6 +84,7 @@ def test_what_cannot_be_measured_names_the_scenes_own_field(scene, sensor, field
     assert caught.value.remedy
 
 
+@pytest.mark.slow
 def test_progress_rises_to_the_end(scene, monkeypatch):
     monkeypatch.setattr(bench_camera, "SIDE_PX", 24)
     seen: list[float] = []

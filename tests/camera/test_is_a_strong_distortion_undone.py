@@ -30,6 +30,7 @@ STRONG = {
         (-0.5541, -0.0531, -0.0025, -0.0024, -0.0281, -0.6296, -0.0687, -0.0226),
     ),
 }
+QUICK = ("barrel and pincushion", "wide and rational")
 
 
 def camera(f: float, distortion: tuple[float, ...], middle: tuple[float, float] = MIDDLE) -> Camera:
@@ -45,7 +46,10 @@ def projected(which: Camera, xy: np.ndarray) -> np.ndarray:
     return pixels.reshape(-1, 2)
 
 
-@pytest.mark.parametrize("name", STRONG)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[pytest.mark.slow] * (n not in QUICK)) for n in STRONG],
+)
 def test_every_pixel_has_the_ray_that_opencv_projects_onto_it(name):
     strong = camera(*STRONG[name])
     assert not folds(strong)

@@ -36,10 +36,20 @@ def test_a_model_that_folds_inside_the_image_is_known(coefficients, folded):
 LENS, DISTORTION = "rig.left.lens", "rig.left.lens.distortion"
 REFUSED = [
     # (lens, field, what is said)
-    ({"distortion": [-1.2, 0, 0, 0]}, DISTORTION, ["folds inside the image", "times 0.24"]),
+    pytest.param(
+        {"distortion": [-1.2, 0, 0, 0]},
+        DISTORTION,
+        ["folds inside the image", "times 0.24"],
+        marks=pytest.mark.slow,
+    ),
     # Only the exact corner folds: no ray reaches the last few pixels.
     ({"distortion": [-0.293, 0, 0, 0]}, DISTORTION, ["folds inside the image", "times 0.99"]),
-    ({"distortion": [0, 0, 0.1, 0.1]}, DISTORTION, ["folds inside the image"]),
+    pytest.param(
+        {"distortion": [0, 0, 0.1, 0.1]},
+        DISTORTION,
+        ["folds inside the image"],
+        marks=pytest.mark.slow,
+    ),
     ({"distortion": [1e300, 0, 0, 0]}, f"{DISTORTION}[0]", ["from -1e+06 to 1e+06"]),
     ({"distortion": [0.1, 0]}, DISTORTION, ["has 2", "give 0, 4, 5 or 8"]),
     ({"distortion": [0.0] * 12}, DISTORTION, ["thin prism", "give 0, 4, 5 or 8"]),

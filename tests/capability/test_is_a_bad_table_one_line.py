@@ -187,6 +187,7 @@ def test_a_name_like_a_formula_or_a_code_of_the_terminal_does_nothing(tmp_path):
     assert "\x1b" not in told.err
 
 
+@pytest.mark.slow
 def test_a_large_table_is_read_in_seconds(tmp_path):
     values = np.random.default_rng(0).normal(10, 1, 50_000)
     path = tmp_path / "m.csv"

@@ -78,6 +78,7 @@ def test_paper_is_no_clutter_and_clutter_leaves_the_paper():
     assert (printed.albedo[printed.clutter > 0.01] < plain.albedo[printed.clutter > 0.01]).all()
 
 
+@pytest.mark.slow
 def test_specks_are_as_many_and_as_large_as_stated():
     """4.8 m2 of board; Poisson counts and log-normal sizes within four standard errors."""
     clutter = ClutterSpec(specks_per_100cm2=10, speck_mm=0.3, speck_sigma=0.5)
@@ -132,6 +133,7 @@ def test_lines_have_their_length_and_width():
             assert 27 < extent < 31
 
 
+@pytest.mark.slow
 def test_each_level_has_more_of_everything_than_the_one_before():
     shares = []
     for level in LEVELS:

@@ -59,7 +59,9 @@ def hides(things, setting, points):
     return any(blocked(x, eye, p) for x in things if x.in_view for eye in eyes for p in points)
 
 
-@pytest.mark.parametrize("level", ["medium", "heavy", "hostile"])
+@pytest.mark.parametrize(
+    "level", ["medium", "heavy", pytest.param("hostile", marks=pytest.mark.slow)]
+)
 def test_every_thing_is_closed_and_faces_outward(setting, level):
     things = objects(ClutterSpec(level=level), setting, 1)
     assert {x.kind for x in things} >= {"dust", "lint", "shadow"}
@@ -186,6 +188,7 @@ def test_without_lamps_there_are_no_shadows_and_the_truth_says_so(paper_rig):
     assert [x["name"] for x in truth["objects"]] == ["cable_1"]
 
 
+@pytest.mark.slow
 def test_a_needle_that_touches_the_board_leaves_no_room_behind_it(paper_rig):
     low = setting_of(paper_rig, tip=np.array([-10.0, 20, 258]), hub=np.array([-10.0, -130, 258]))
     clutter = ClutterSpec(level="hostile")
@@ -253,6 +256,7 @@ def test_a_camera_that_looks_away_from_the_board_has_no_solid_clutter(setting):
     assert objects(HOSTILE, replace(setting, board=behind), 1) == ()
 
 
+@pytest.mark.slow
 def test_groups_hold_all_that_was_in_them(setting):
     things = objects(HOSTILE, setting, 1)
     groups = grouped(things)

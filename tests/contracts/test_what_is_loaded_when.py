@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import simtip
 from simtip.image_file import write_png
@@ -67,6 +68,7 @@ def loaded_after(folder: Path, *more: str) -> dict[str, set[str]]:
     return {step: set(names) for step, names in map(json.loads, told)}
 
 
+@pytest.mark.slow
 def test_only_a_render_loads_mitsuba_and_drjit(tmp_path):
     for name in ("left.png", "right.png"):
         write_png(tmp_path / name, np.full((100, 80), 200, np.uint8))
@@ -100,7 +102,9 @@ def test_nothing_but_the_report_imports_a_plotting_library():
     ]
     assert len(files) > 20
     for file in files:
-        assert not imported(file.read_text()) & PLOTTING, file
+        source = file.read_text()
+        # what is imported is written out: a text without any of the names need not be parsed
+        assert not any(name in source for name in PLOTTING) or not imported(source) & PLOTTING, file
 
 
 def test_a_late_import_of_a_plotting_library_would_be_seen():

@@ -36,7 +36,7 @@ def plan_of(file: Path) -> Plan:
     [
         ("01_threshold_lamp", 330, 1),
         ("02_roughness_lamp_position", 96, 12),
-        ("03_defocus_tip", 60, 10),
+        pytest.param("03_defocus_tip", 60, 10, marks=pytest.mark.slow),
     ],
 )
 def test_an_example_has_as_many_trials_and_renders_as_it_should(name, trials, renders):

@@ -33,7 +33,9 @@ def within(estimate, truth):
     return abs(estimate.value - truth) <= max(0.02 * truth, estimate.high - estimate.value)
 
 
-@pytest.mark.parametrize("name", CAMERAS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n != "12 bit")) for n in CAMERAS]
+)
 def test_every_parameter_comes_back(name):
     camera = CAMERAS[name](shape=(96, 96))
     found = measured(camera)
@@ -47,6 +49,7 @@ def test_every_parameter_comes_back(name):
     assert sum(found.in_fit) > 30
 
 
+@pytest.mark.slow
 def test_a_quiet_8_bit_camera_is_said_to_be_extrapolated():
     found = measured(noisy_8_bit())
     assert any("0.24 DN^2" in note for note in found.notes)
@@ -120,6 +123,7 @@ def test_a_camera_without_shot_noise_has_no_gain_to_find(noise_seed, sigma_d_e):
         assert "noise" in found["reasons"][key]
 
 
+@pytest.mark.slow
 def test_an_adc_that_clips_first_is_said_and_measured():
     camera = quiet_12_bit(full_well_e=50_000, shape=(96, 96))
     found = measured(camera)

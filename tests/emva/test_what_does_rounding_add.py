@@ -45,6 +45,7 @@ def test_above_the_planned_noise_it_is_a_twelfth():
     assert rounding.variance_error(np.array(0.4)) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_mean_frame_errs_no_more_than_stated():
     rng = np.random.default_rng(3)
     for noise, spread in ((0.1, 0.0), (0.16, 0.02), (0.25, 0.05), (0.4, 0.1)):

@@ -20,7 +20,11 @@ def experiment(scene, **said):
     return scene.model_copy(update={"experiment": ExperimentSpec(**{**PLAN, **said})})
 
 
-def measured(scene, errors=lambda series: 0.0, seed=1):
+def none(_):
+    return 0.0
+
+
+def measured(scene, errors=none, seed=1):
     """Measure every series with given errors (runs, positions, 3), mm."""
     found = []
     for series in series_of(scene, seed):
@@ -30,7 +34,7 @@ def measured(scene, errors=lambda series: 0.0, seed=1):
     return found
 
 
-def analysed(scene, errors=lambda series: 0.0):
+def analysed(scene, errors=none):
     axes = scene.experiment.stage.axes(scene.needle.axis)
     return analyse(scene.experiment, measured(scene, errors), axes)
 
@@ -151,7 +155,7 @@ def test_what_was_not_seen_is_left_out_and_said(scene):
 
 
 def test_nothing_seen_is_the_users_affair(scene):
-    with pytest.raises(InputError, match="0 displacements.*75 left_no_tip"):
+    with pytest.raises(InputError, match=r"0 displacements.*75 left_no_tip"):
         analysed(experiment(scene), lambda series: np.full(series.tip_mm.shape, np.nan))
 
 

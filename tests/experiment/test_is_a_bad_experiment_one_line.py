@@ -60,7 +60,7 @@ def test_a_wrong_field_is_named(tmp_path, said, field, problem):
 
 def test_an_experiment_may_stand_in_a_file_of_its_own(tmp_path):
     file = tmp_path / "experiment.yaml"
-    file.write_text("\n".join(["schedule:", "  steps: 4", "  runs: 1"]))
+    file.write_text("schedule:\n  steps: 4\n  runs: 1")
     line = refused(scene_file(tmp_path), "--experiment", file)
     assert "experiment.yaml:3: schedule.runs" in line
     file.write_text(yaml.safe_dump({"stage": {"stroke_mm": [1, 1, 1]}}))

@@ -44,17 +44,14 @@ EXPECTED = {
 }
 """Error along and across the needle, px, of the left and the right view; or the status."""
 
-QUICK = {"coloured"}
-
 
 def test_every_hard_scene_has_its_expectation():
     assert sorted(EXPECTED) == NAMES
     assert len(NAMES) >= 26
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n not in QUICK)) for n in NAMES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
 def test_it_does_what_it_did(name):
     simulation = simulated(name)
     truth = simulation.truth

@@ -19,6 +19,7 @@ TARGETS = [
     CircleGrid(5, 4, 6.0, 3.0),
     AsymmetricCircles(3, 5, 5.0, 4.0),
 ]
+QUICK = (TARGETS[0], 45.0)
 
 
 def errors(target: Target, image: np.ndarray, truth: np.ndarray) -> np.ndarray:
@@ -31,8 +32,15 @@ def errors(target: Target, image: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return min(both, key=lambda e: float(np.abs(e).mean()))
 
 
-@pytest.mark.parametrize("target", TARGETS, ids=str)
-@pytest.mark.parametrize("tilt_deg", [pytest.param(0.0, marks=pytest.mark.slow), 45.0])
+@pytest.mark.parametrize(
+    ("target", "tilt_deg"),
+    [
+        pytest.param(target, tilt, marks=[pytest.mark.slow] * ((target, tilt) != QUICK))
+        for target in TARGETS
+        for tilt in (0.0, 45.0)
+    ],
+    ids=str,
+)
 def test_sharp_and_almost_without_noise(target: Target, tilt_deg: float):
     # The blur is made on a finer grid: a lens blurs before pixels sample.
     image, truth = photograph(target, tilt_deg, noise_dn=0.0, finer=3)
@@ -93,6 +101,7 @@ def test_the_paper_s_board_at_its_distance():
     assert e.std() < 0.01
 
 
+@pytest.mark.slow
 def test_a_board_upside_down_has_its_first_point_at_the_other_end():
     target = Chessboard(7, 4, 6.0)
     image, truth = photograph(target)

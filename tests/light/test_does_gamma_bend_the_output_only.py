@@ -23,7 +23,7 @@ from simtip.spec import SensorSpec
 GAMMAS = [0.1, 0.45, 1 / 2.2, 1.0, 2.2, 10.0]
 
 
-@pytest.mark.parametrize("bits", [8, 12, 16])
+@pytest.mark.parametrize("bits", [8, pytest.param(12, marks=pytest.mark.slow), 16])
 @pytest.mark.parametrize("gamma", GAMMAS)
 def test_the_curve_rises_keeps_its_ends_and_can_be_undone(gamma, bits):
     top = 2.0**bits - 1

@@ -58,10 +58,10 @@ def test_a_bevels_foremost_point_is_the_foremost_of_its_rim(point, axis, roll, d
     def depth(angle):
         x, y = 0.835 * np.cos(angle), 0.835 * np.sin(angle)
         z = (0.835 - x) / np.tan(np.radians(20))
-        return float(camera.project(T.apply([x, y, z])) @ axis_px)
+        return camera.project(T.apply(np.stack([x, y, z], axis=-1))) @ axis_px
 
     coarse = np.linspace(0, 2 * np.pi, 721)
-    start = coarse[np.argmin([depth(a) for a in coarse])]
+    start = coarse[np.argmin(depth(coarse))]
     best = minimize_scalar(depth, bounds=(start - 0.01, start + 0.01), method="bounded")
     found = float(silhouette_tip(BEVEL, T, camera) @ axis_px)
     assert found == pytest.approx(min(best.fun, depth(start)), abs=2e-4)

@@ -32,7 +32,7 @@ def compared(kernel, psf):
         yield np.hypot(u, v), transfer_of(kernel, u, v), expected
 
 
-@pytest.mark.parametrize("f_number", [1.4, 2.0, 4.0])
+@pytest.mark.parametrize("f_number", [pytest.param(1.4, marks=pytest.mark.slow), 2.0, 4.0])
 @pytest.mark.parametrize("energy", [0.98, 0.995])
 def test_diffraction_has_the_closed_transfer_function_but_for_the_veil(f_number, energy):
     psf = Psf(f_number, GREEN, 3.2, encircled_energy=energy)
@@ -53,7 +53,7 @@ def test_sampling_the_pattern_at_pixel_centres_would_fail_that():
     assert max(off) > 0.05
 
 
-@pytest.mark.parametrize("sigma_um", [0.0, 0.4])
+@pytest.mark.parametrize("sigma_um", [0.0, pytest.param(0.4, marks=pytest.mark.slow)])
 def test_on_fine_pixels_the_transfer_function_is_that_of_the_optics_alone(sigma_um):
     pixel_um = 0.154
     psf = Psf(1.4, GREEN, pixel_um, sigma_um, encircled_energy=0.99)
@@ -94,7 +94,10 @@ def test_areas_alone_would_have_the_wrong_width():
         assert second_moment(area) / sigma**2 == pytest.approx(factor, abs=0.02)
 
 
-@pytest.mark.parametrize("f_number", [0.7, 1.4, 2.8, 5.6, 8.0, 16.0])
+@pytest.mark.parametrize(
+    "f_number",
+    [0.7, *(pytest.param(n, marks=pytest.mark.slow) for n in (1.4, 2.8, 5.6, 16.0)), 8.0],
+)
 def test_diffraction_has_the_second_moment_of_the_cut_pattern(f_number):
     psf = Psf(f_number, GREEN, 3.2)
     own, _ = airy_moments(psf.airy_unit_px(0), psf.airy_radius_px(0))

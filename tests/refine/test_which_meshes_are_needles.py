@@ -75,6 +75,7 @@ def test_frames_that_are_not_the_needles_are_refused():
         Solid.from_mesh(vertices, faces[:, ::-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "text"),
     [("needle_18g.ply", "cone:1.67:5"), ("needle_18g_bevel.ply", "bevel:1.67:20")],

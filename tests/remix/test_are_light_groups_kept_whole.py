@@ -236,6 +236,7 @@ def read_or_said(path) -> Lights | str:
 HEADERS = 9000  # bytes, and more
 
 
+@pytest.mark.slow
 @given(st.floats(0, 1, exclude_max=True) | st.integers(0, HEADERS), st.integers(0, 7))
 @settings(
     derandomize=True,

@@ -163,7 +163,9 @@ def test_the_board_gets_one_bounce_of_every_wall(scene):
     np.testing.assert_allclose(found[:, 0], expected, rtol=5e-3)
 
 
-@pytest.mark.parametrize("plate", [False, True], ids=["seen", "mirrored"])
+@pytest.mark.parametrize(
+    "plate", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["seen", "mirrored"]
+)
 def test_the_walls_are_seen_and_mirrored_where_they_are(scene, plate):
     """Through the left and the right camera; in the mirror, the flat end of a blunt needle."""
     tip = np.array([-40.0, 20.0, 170.0])

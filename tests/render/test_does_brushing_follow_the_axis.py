@@ -80,7 +80,7 @@ def numpy_picture(spec: SceneSpec, side: int, alpha: tuple[float, float]) -> np.
 
 @pytest.mark.parametrize(
     ("across", "along", "side"),
-    [(0.3, 0.06, 1), (0.06, 0.3, 0), (0.15, None, 1)],
+    [(0.3, 0.06, 1), (0.06, 0.3, 0), pytest.param(0.15, None, 1, marks=pytest.mark.slow)],
     ids=["brushed", "turned", "even"],
 )
 def test_every_pixel_shows_the_lobe(scene, across, along, side):
@@ -100,6 +100,7 @@ def test_every_pixel_shows_the_lobe(scene, across, along, side):
         np.testing.assert_allclose(found.sum(axis=0), expected[whole].sum(axis=0), rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_as_rough_along_as_across_is_not_brushed(scene):
     even, both = (render_pair(brushed(scene, 0.2, along, 0)) for along in (None, 0.2))
     for one, other in zip(even, both, strict=True):

@@ -94,7 +94,7 @@ CROPS = [
 ]
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("side", ["left", pytest.param("right", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("crop", CROPS)
 def test_points_land_where_the_model_says_in_a_crop(paper_rig, side, crop):
     camera, pose = both(paper_rig)[side]

@@ -48,7 +48,9 @@ def perfect_mirror(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "alpha", [(0.01, None), (0.2, None), (0.3, 0.06)], ids=["polished", "rough", "brushed"]
+    "alpha",
+    [(0.01, None), pytest.param((0.2, None), marks=pytest.mark.slow), (0.3, 0.06)],
+    ids=["polished", "rough", "brushed"],
 )
 @pytest.mark.usefixtures("perfect_mirror")
 def test_a_perfect_needle_is_lost_in_a_furnace_but_for_what_bounces_twice(scene, alpha):
@@ -78,6 +80,7 @@ def test_a_perfect_board_is_lost_in_a_furnace_but_for_the_needles_shadow(scene):
         assert np.ptp(board) < 2e-3
 
 
+@pytest.mark.slow
 def test_no_wall_adds_to_the_ambient_light(scene):
     data = furnace(scene, {}).model_dump(mode="json")
     plain = render_pair(SceneSpec.model_validate(data))
@@ -87,7 +90,7 @@ def test_no_wall_adds_to_the_ambient_light(scene):
         np.testing.assert_array_equal(one.response, other.response)
 
 
-@pytest.mark.parametrize("alpha", [0.05, 0.3])
+@pytest.mark.parametrize("alpha", [0.05, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_a_lamp_that_fills_the_view_is_as_good_as_ambient_light(scene, alpha):
     """A panel of 40 m before a plate: its light is found by two techniques, and counted once."""
     tip = np.array([-10.0, 20.0, 170.0])

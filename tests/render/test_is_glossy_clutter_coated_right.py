@@ -100,7 +100,7 @@ def quadrature(angle_deg: float) -> float:
     return float(2 * np.pi * ggx(wi, wo, (ALPHA, ALPHA), np.array([INDEX])).mean())
 
 
-@pytest.mark.parametrize("angle_deg", [0, 45, 60])
+@pytest.mark.parametrize("angle_deg", [0, pytest.param(45, marks=pytest.mark.slow), 60])
 def test_a_polished_coat_on_black_mirrors_by_fresnels_law(scene, seen, polished, angle_deg):
     light = seen(setting(scene), plate(angle_deg, 0.0), _COAT=polished)[-1]
     expected = fresnel(np.array(INDEX), np.cos(np.radians(angle_deg)))
@@ -116,7 +116,7 @@ def test_the_rough_coat_mirrors_what_its_integral_says(scene, seen, angle_deg):
     np.testing.assert_allclose(light, quadrature(angle_deg), rtol=0.01)
 
 
-@pytest.mark.parametrize("angle_deg", [0, 60])
+@pytest.mark.parametrize("angle_deg", [pytest.param(0, marks=pytest.mark.slow), 60])
 def test_the_body_shows_what_the_coat_lets_through(scene, seen, angle_deg):
     spec = setting(scene)
     body = seen(spec, plate(angle_deg, 0.5))[-1] - seen(spec, plate(angle_deg, 0.0))[-1]
@@ -148,12 +148,13 @@ def as_good_as_ambient(look, spec: SceneSpec, albedo: float, **patch: object) ->
     assert light[-1].max() < 0.01 * ambient.max()
 
 
-@pytest.mark.parametrize("albedo", [0.0, 0.6])
+@pytest.mark.parametrize("albedo", [pytest.param(0.0, marks=pytest.mark.slow), 0.6])
 def test_a_lamp_that_fills_the_view_is_as_good_as_ambient_light(scene, seen, albedo):
     """Its light is found by two techniques, and counted once."""
     as_good_as_ambient(seen, setting(scene), albedo)
 
 
+@pytest.mark.slow
 def test_light_counted_twice_would_be_seen(scene, seen):
     with pytest.raises(AssertionError, match="Not equal"):
         as_good_as_ambient(seen, setting(scene), 0.6, power_heuristic=lambda *_: 1)
@@ -174,7 +175,7 @@ def panel(angle_deg: float, off_deg: float) -> tuple[dict[str, object], Array, A
     return lamp, cells, -away
 
 
-@pytest.mark.parametrize("off_deg", [0.0, 12.0, -12.0])
+@pytest.mark.parametrize("off_deg", [0.0, 12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
 def test_a_lamp_in_the_coat_is_as_bright_as_its_lobe_says(scene, seen, off_deg):
     lamp, cells, facing = panel(40, off_deg)
     light = seen(setting(scene, lamp), plate(40, 0.0))[0]

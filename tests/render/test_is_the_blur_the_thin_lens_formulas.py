@@ -56,6 +56,7 @@ def test_the_second_moment_is_the_formulas(paper_rig, side, defocus_mm):
     np.testing.assert_allclose(centre, pixel, atol=0.1)
 
 
+@pytest.mark.slow
 def test_what_is_in_focus_is_as_sharp_as_through_a_pinhole(paper_rig):
     camera = paper_rig.left.cropped(1500, 300, 40, 40)
     point = np.array([*camera.normalise([19.4, 20.2]), 1.0]) * FOCUS_MM

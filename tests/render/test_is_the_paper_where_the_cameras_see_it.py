@@ -68,7 +68,7 @@ def lonely_specks(spec: SceneSpec, count: int) -> list[Print]:
     return found[:count]
 
 
-@pytest.mark.parametrize("number", [0, 1, 2])
+@pytest.mark.parametrize("number", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])
 def test_a_speck_is_printed_where_opencv_projects_it(scene, number, monkeypatch):
     clutter = {"level": "none", "specks_per_100cm2": 40.0, "speck_mm": 0.8, "contrast": [0.5, 0.5]}
     spec = bare(scene, [[0, 0, 8, 8]] * 2, clutter=clutter)

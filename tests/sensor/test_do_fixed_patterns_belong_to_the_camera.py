@@ -130,6 +130,7 @@ def test_a_pattern_of_another_size_is_refused():
         sensor.expose(np.zeros((90, 121, 3)), SPEC, camera=pattern, rng=stream(1))
 
 
+@pytest.mark.slow
 def test_every_pixel_has_its_own_mean_over_a_thousand_frames():
     """The mean of each pixel against `expected_dn`: chi-square over 3 x 24 x 32 pixels.
 

@@ -177,6 +177,7 @@ def test_single_precision_does_not_bias_bright_pixels():
     assert drawn.var(dtype=np.float64) == pytest.approx(1e6, rel=4 * np.sqrt(2 / 4e6))
 
 
+@pytest.mark.slow
 def test_the_photon_transfer_gives_back_gain_and_read_noise():
     """EMVA 1288: variance = K (mean - black) + K^2 sigma_d^2 + 1/12, from pairs of images.
 

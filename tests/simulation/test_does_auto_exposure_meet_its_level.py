@@ -56,6 +56,7 @@ def test_equal_lenses_meet_it(scene, wanted):
     assert found.spec.sensor.exposure_s != SensorSpec().exposure_s
 
 
+@pytest.mark.slow
 def test_unequal_lenses_meet_it_on_average(scene):
     found = pictured(scene, 90, left={"f_number": 1.4}, right={"f_number": 4})
     left, right = levels(found)

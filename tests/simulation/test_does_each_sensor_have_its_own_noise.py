@@ -69,6 +69,7 @@ def test_another_seed_renders_other_samples(runs):
         assert np.mean(a.response[:, on_needle] != b.response[:, on_needle]) > 0.5
 
 
+@pytest.mark.slow
 def test_the_scenes_own_seed_gives_the_same_bits_again(spec, runs):
     again = simtip.simulate(spec)
     assert again.seed == SEED

@@ -92,6 +92,7 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path):
     assert "holds something else (diary.txt)" in str(said.exception)
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_how_much_and_does_nothing(tmp_path):
     scene_file(tmp_path)
     file = sweep_file(tmp_path, factors=FACTORS, repeats=2)

@@ -85,6 +85,7 @@ def test_a_rig_whose_file_has_changed_measures_anew(tmp_path):
     assert rows(tmp_path / "out").tip_z_mm[0] > before + 1
 
 
+@pytest.mark.slow
 def test_a_rig_that_is_not_there_is_said_at_once(tmp_path):
     file = sweep_file(tmp_path, factors={"rig.measured": ["gone.yaml"]})
     said = run(file, tmp_path / "out", "--dry-run", code=2)
@@ -203,7 +204,10 @@ def files(modules):
         yield from place.rglob("*.py") if place.is_dir() else [place.with_suffix(".py")]
 
 
-@pytest.mark.parametrize("stage", ["LIGHT", "IMAGES", "MEASURE"])
+@pytest.mark.parametrize(
+    "stage",
+    [*(pytest.param(s, marks=pytest.mark.slow) for s in ("LIGHT", "IMAGES")), "MEASURE"],
+)
 def test_all_code_that_a_stage_imports_is_in_its_key(stage):
     stages = ("LIGHT", "IMAGES", "MEASURE")
     known = [getattr(stage_keys, one) for one in stages[: stages.index(stage) + 1]]

@@ -159,7 +159,13 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(c, marks=[pytest.mark.slow] * (c == "more trials than anyone wants"))
+        for c in CASES
+    ],
+)
 def test_what_is_wrong_is_one_line(case, tmp_path):
     given, expected = CASES[case]
     said = problem(tmp_path, **given)

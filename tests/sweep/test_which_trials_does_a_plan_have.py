@@ -154,6 +154,7 @@ def test_digits():
     assert seen == [list(digits) for digits in product(*map(range, sizes))]
 
 
+@pytest.mark.slow
 def test_ten_thousand_million_trials_cost_nothing_to_plan(tmp_path):
     plan = plan_of(
         tmp_path,

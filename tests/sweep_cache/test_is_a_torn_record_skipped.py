@@ -114,6 +114,7 @@ def test_one_record_is_one_write(cache, monkeypatch):
     assert len(writes) == 1
 
 
+@pytest.mark.slow
 def test_many_processes_append_and_some_are_killed(cache):
     code = f"""
 import json

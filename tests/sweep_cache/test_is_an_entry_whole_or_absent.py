@@ -174,6 +174,7 @@ def whole(cache, key):
     return (found == list("0123456789") and sizes == {800}) if still else None
 
 
+@pytest.mark.slow
 def test_no_kill_ever_leaves_a_part_to_see(cache, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
     moments = random.Random(1)  # noqa: S311 (of kills)

@@ -54,6 +54,7 @@ with cache.lock("light", "{KEY}"):
     assert lock_files(cache) == []
 
 
+@pytest.mark.slow
 def test_two_never_hold_it_though_its_file_comes_and_goes(cache):
     cache.folder.mkdir()
     counter = cache.folder / "counter"

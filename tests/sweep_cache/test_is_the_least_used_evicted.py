@@ -121,6 +121,7 @@ def test_what_another_evicts_makes_room_too(tmp_path, monkeypatch):
     assert kept(cache) == [2, 3, 4, 5, 6, 7]
 
 
+@pytest.mark.slow
 def test_the_cache_is_seldom_looked_through(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", lambda _: None)
     cache = Cache(tmp_path, 400 * BLOCK)
@@ -134,6 +135,7 @@ def test_the_cache_is_seldom_looked_through(tmp_path, monkeypatch):
     assert 600 // 21 <= len(looks) - (600 // 50) <= 1 + 600 // 20
 
 
+@pytest.mark.slow
 def test_each_process_may_pass_the_limit_by_a_twentieth_alone(tmp_path):
     code = f"""
 cache = Cache(folder, {200 * BLOCK})

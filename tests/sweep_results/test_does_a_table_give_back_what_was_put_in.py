@@ -115,6 +115,7 @@ def test_rows_come_in_order_of_trial_and_the_latest_of_a_key_counts(tmp_path):
     assert len(batches) == 5
 
 
+@pytest.mark.slow
 def test_merging_changes_no_row(tmp_path, monkeypatch):
     monkeypatch.setattr(parts_module, "MERGE_ABOVE", 3)
     monkeypatch.setattr(parts_module, "PART_ROWS", 50)
@@ -137,6 +138,7 @@ def test_merging_changes_no_row(tmp_path, monkeypatch):
     assert 25 < max(sizes) <= 50
 
 
+@pytest.mark.slow
 def test_few_parts_are_left_alone(tmp_path):
     table = make(tmp_path)
     for k in range(64):

@@ -88,6 +88,7 @@ def test_a_part_that_is_no_good_is_named(table, read, damage, problem):
     assert list(table.keys()) == [row(20)["key"]]
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_changes_a_value_unseen(table):
     part = parts(table.folder)[0]
     data, whole = part.read_bytes(), table.frame()

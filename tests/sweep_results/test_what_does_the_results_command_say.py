@@ -223,6 +223,7 @@ def test_a_table_without_rows_is_shown_too(tmp_path, ask):
     assert ask(str(tmp_path / "out"), "--json").out == "[]\n"
 
 
+@pytest.mark.slow
 def test_the_command_alone_loads_neither_pandas_nor_pyarrow():
     code = (
         "import sys, simtip.cli.results, simtip.sweep.table, simtip.sweep.summary;"

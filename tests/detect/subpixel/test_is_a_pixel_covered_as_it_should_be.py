@@ -35,10 +35,11 @@ def placed(name, slope):
 def inside(corners, u, v):
     """Say of points whether they lie in a convex polygon: on one side of all its sides."""
     a, b = corners, np.roll(corners, -1, axis=0)
-    side = [
-        (q[0] - p[0]) * (v - p[1]) - (q[1] - p[1]) * (u - p[0]) for p, q in zip(a, b, strict=True)
-    ]
-    return (np.min(side, axis=0) >= 0) | (np.max(side, axis=0) <= 0)
+    left = right = True
+    for p, q in zip(a, b, strict=True):
+        side = (q[0] - p[0]) * (v - p[1]) - (q[1] - p[1]) * (u - p[0])
+        left, right = left & (side >= 0), right & (side <= 0)
+    return left | right
 
 
 def strewn(there, variance):
@@ -46,7 +47,7 @@ def strewn(there, variance):
     pad = int(np.ceil(6 * np.sqrt(variance)))
     u = WINDOW.u - pad - 0.5 + (np.arange((WINDOW.width + 2 * pad) * POINTS) + 0.5) / POINTS
     v = WINDOW.v - pad - 0.5 + (np.arange((WINDOW.height + 2 * pad) * POINTS) + 0.5) / POINTS
-    cells = there(*np.meshgrid(u, v)).astype(float)
+    cells = there(u, v[:, None]).astype(float)
     if variance:
         cells = gaussian_filter(cells, np.sqrt(variance) * POINTS)
     pixels = cells.reshape(len(v) // POINTS, POINTS, len(u) // POINTS, POINTS).mean(axis=(1, 3))

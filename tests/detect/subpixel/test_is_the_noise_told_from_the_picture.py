@@ -1,5 +1,7 @@
 """Is the noise that is told from a picture its noise, however the needle leans?"""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from drawn_needles import Drawn, photograph
@@ -29,11 +31,20 @@ def told(drawn, image):
     return constant + by_level * np.array([drawn.ground_dn, 60.0])
 
 
-@pytest.mark.parametrize("degrees", [0.0, 5.0, 15.0, 20.0, 30.0, 44.0])
-@pytest.mark.parametrize("noise_dn", [0.7, 1.5, 4.0])
+light = cache(Drawn.light)
+
+
+@pytest.mark.parametrize(
+    "degrees",
+    [0.0, *(pytest.param(d, marks=pytest.mark.slow) for d in (5.0, 15.0, 30.0)), 20.0, 44.0],
+)
+@pytest.mark.parametrize(
+    "noise_dn",
+    [pytest.param(0.7, marks=pytest.mark.slow), 1.5, pytest.param(4.0, marks=pytest.mark.slow)],
+)
 def test_at_any_slant(degrees, noise_dn):
     drawn = Drawn(degrees=degrees, tip_px=(300.3, 330.6), shape=(380, 420))
-    image = photograph(drawn.light(), 3, noise_dn=noise_dn)
+    image = photograph(light(drawn), 3, noise_dn=noise_dn)
     expected = noise_dn**2 + ROUNDING_DN2
     assert told(drawn, image) == pytest.approx([expected, expected], rel=0.12)
 

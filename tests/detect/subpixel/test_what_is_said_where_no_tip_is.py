@@ -31,6 +31,7 @@ def test_a_needle_with_both_ends_outside_has_no_tip_in_the_picture():
     assert "both ends" in reason
 
 
+@pytest.mark.slow
 def test_an_end_that_is_no_tip_is_refused():
     """A blot on the tip: the fit that is best is far from good, and pixels off."""
     light = SHAFT.light()
@@ -41,6 +42,7 @@ def test_an_end_that_is_no_tip_is_refused():
     assert "no tip that is known" in reason or "seen to end" in reason
 
 
+@pytest.mark.slow
 def test_a_tip_is_never_found_outside_the_picture():
     """A rod beside the needle, which leaves the picture, once led there."""
     drawn = Drawn(degrees=6.0, tip_px=(160.0, 200.0), shape=(320, 320))
