@@ -221,7 +221,7 @@ class SetupSpec(Part):
         dict[str, Any],
         Field(
             default_factory=dict,
-            description="Fields of the scene that are other, e.g. {lamps[0].power: 1.1}.",
+            description='Fields of the scene that are other, e.g. {"lamps[0].power": 1.1}.',
         ),
     ]
     recalibrate: Annotated[

@@ -16,6 +16,7 @@ from regions import with_roi
 from simtip.cli import app
 from simtip.scene_file import dump_scene
 from simtip.spec import SceneSpec
+from simtip.spec.experiment import ExperimentSpec, ScheduleSpec, StageSpec
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -66,6 +67,13 @@ def test_every_test_that_the_docs_name_exists():
             assert (ROOT / name).exists(), f"{page.name} names {name}"
 
 
+SHORT = ExperimentSpec(
+    stage=StageSpec(stroke_mm=(6, 1, 1), origin_mm=(6, 0, 0)),
+    schedule=ScheduleSpec(steps=3, runs=2, registration=None),
+)
+"""An experiment that a region around the tip has room for."""
+
+
 def quarter(scene: SceneSpec) -> SceneSpec:
     """Give the scene with a quarter of the pixels each way, for quick pictures of whole boards."""
     data = scene.model_dump(mode="json")
@@ -83,6 +91,7 @@ def quarter(scene: SceneSpec) -> SceneSpec:
 @pytest.mark.slow
 def test_the_commands_run_as_written(tmp_path, scene, monkeypatch):
     small = with_roi(scene, [740, 640, 160, 300], [950, 640, 160, 300])
+    small = small.model_copy(update={"experiment": SHORT})
     (tmp_path / "SCENE").write_text(dump_scene(small), encoding="utf-8")
     dimmed = dump_scene(small).replace("power: 1.0", "power: 0.5", 1)
     (tmp_path / "SCENE2").write_text(dimmed, encoding="utf-8")
