@@ -253,8 +253,9 @@ def _require_in_view(
 ) -> None:
     """Refuse places at which a camera does not see the tip."""
     rig = scene.rig.rig()
-    for tip, place in zip(tips, places, strict=True):
-        needle = scene.needle.model_copy(update={"tip_mm": tuple(map(float, tip))})
+    distinct = {tuple(tip.tolist()): place for tip, place in zip(tips, places, strict=True)}
+    for tip, place in distinct.items():
+        needle = scene.needle.model_copy(update={"tip_mm": tip})
         truth = scene_truth(scene.model_copy(update={"needle": needle}))
         for side, view, camera in (
             ("left", truth.left, rig.left),
