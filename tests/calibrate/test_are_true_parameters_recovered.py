@@ -174,6 +174,7 @@ def test_views_of_one_camera_count_as_in_scipys_least_squares(noisy):
     assert np.allclose(pose, scatter[at + 3 : at + 6], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_more_views_of_one_camera_sharpen_that_camera_most(noisy):
     few = calibrate(noisy[:4], POINTS, SIZE, SIZE).uncertainty
     left_too = [*noisy[:4], *(replace(v, right=None) for v in noisy[4:])]

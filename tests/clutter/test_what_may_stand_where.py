@@ -139,6 +139,7 @@ def test_the_tip_keeps_free_in_both_images(setting, level):
         assert gap_to_tip(things, setting) > 0.9 * clutter.amounts().tip_clear_mm
 
 
+@pytest.mark.slow
 def test_at_hostile_something_comes_near_the_tip(setting):
     gaps = (
         gap_to_tip([x for x in objects(HOSTILE, setting, s) if x.in_view], setting) for s in SEEDS

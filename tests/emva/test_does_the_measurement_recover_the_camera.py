@@ -132,11 +132,13 @@ def test_an_adc_that_clips_first_is_said_and_measured():
     assert any("the well holds more" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_well_within_read_noise_of_the_top_code_is_said():
     camera = middling_10_bit(full_well_e=(1023 - 16) / 0.08 - 12)
     assert any("reaches the top code" in note for note in measured(camera).notes)
 
 
+@pytest.mark.slow
 def test_relative_photon_numbers_change_nothing_but_the_quantum_efficiency():
     found = measured(quiet_12_bit(eta=0.6e-3), photons_absolute=False)
     assert found.quantum_efficiency.value is None

@@ -49,7 +49,11 @@ def perfect_mirror(monkeypatch):
 
 @pytest.mark.parametrize(
     "alpha",
-    [(0.01, None), pytest.param((0.2, None), marks=pytest.mark.slow), (0.3, 0.06)],
+    [
+        pytest.param((0.01, None), marks=pytest.mark.slow),
+        pytest.param((0.2, None), marks=pytest.mark.slow),
+        (0.3, 0.06),
+    ],
     ids=["polished", "rough", "brushed"],
 )
 @pytest.mark.usefixtures("perfect_mirror")

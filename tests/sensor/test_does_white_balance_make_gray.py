@@ -66,6 +66,7 @@ def test_the_automatic_one_makes_the_background_gray(orange):
     assert min(done.spec.sensor.white_balance) == 1
 
 
+@pytest.mark.slow
 def test_a_channel_without_light_cannot_be_balanced(orange):
     data = orange.model_dump(mode="json")
     for lamp in data["lamps"]:

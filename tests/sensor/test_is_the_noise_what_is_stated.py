@@ -166,6 +166,7 @@ def test_no_light_is_lost_in_the_dark():
             assert true_mean == pytest.approx(30 + 4 * mean_e, abs=0.01)
 
 
+@pytest.mark.slow
 def test_single_precision_does_not_bias_bright_pixels():
     """At a million electrons float32 has steps of 1/16: the mean holds to 2^-24 of itself.
 
