@@ -11,7 +11,7 @@ demo: $(VENV)/.simtip
 	$(BIN)/simtip run scenes/01_single_tip.yaml -o $(OUT)
 
 test: $(VENV)/.simtip-test
-	$(BIN)/pytest -n auto
+	$(BIN)/pytest -n auto --dist worksteal
 
 lint: $(VENV)/.simtip-test
 	$(BIN)/ruff check .
