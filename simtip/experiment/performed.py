@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 from simtip.errors import InputError
 from simtip.experiment.series import START, TIP, Series, Shot, shot_of
 from simtip.geometry import Array
+from simtip.light_inputs import light_digest
 from simtip.output_folder import write_atomically
 from simtip.recalibration import recalibrated
 from simtip.rig_file import write_rig
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 from simtip.spec.experiment import OWN_SETUP
+from simtip.sweep.assignment import Scenes
 from simtip.sweep.campaign import Means, carry_out, prepare
-from simtip.sweep.plan import Plan
+from simtip.sweep.plan import Plan, noise_asked
 from simtip.sweep.stage_keys import digest_of
 from simtip.sweep.table import OK, Table
 from simtip.version import __version__
@@ -99,7 +101,11 @@ def perform(
     KeyboardInterrupt
         The same call goes on.
     """
-    plans = [_plan(scene, one, seed, out / RIGS, allowed) for one in planned]
+    shared = _shared_light(scene, planned, [one.sweep(scene, seed).base for one in planned])
+    plans = [
+        _plan(scene, one, seed, out / RIGS, lit_for, allowed)
+        for one, lit_for in zip(planned, shared, strict=True)
+    ]
     found = []
     for number, (one, plan) in enumerate(zip(planned, plans, strict=True)):
         said(f"{one.name}: {len(plan)} measurements")
@@ -134,15 +140,39 @@ def begin(out: Path, scene: SceneSpec, seed: int) -> None:
     write_atomically(head, json.dumps(data, indent=1).encode())
 
 
+def _shared_light(
+    scene: SceneSpec, planned: Sequence[Series], bases: Sequence[SceneSpec]
+) -> list[dict[str, Any]]:
+    """Say what the light of every series is rendered for, so that set-ups share it where they can.
+
+    The set-up that asks for the least noise decides, of all with the same light.
+    """
+    digests, noise = [light_digest(base) for base in bases], [noise_asked(base) for base in bases]
+    fields = Scenes(scene)
+    found: list[dict[str, Any]] = []
+    for series, digest in zip(planned, digests, strict=True):
+        alike = [k for k, other in enumerate(digests) if other == digest]
+        strictest = min(alike, key=lambda k: noise[k])
+        own = {path: fields.value(path) for path in series.changes}
+        asked = {**own, **planned[strictest].changes}
+        found.append({} if asked == dict(series.changes) else asked)
+    return found
+
+
 def _plan(
-    scene: SceneSpec, series: Series, seed: int, rigs: Path, allowed: tuple[str, ...]
+    scene: SceneSpec,
+    series: Series,
+    seed: int,
+    rigs: Path,
+    render_for: Mapping[str, Any],
+    allowed: tuple[str, ...],
 ) -> Plan:
     """Plan a series' sweep, with a rig calibrated anew if that is asked for.
 
     It is kept in a file that is named by what it depends on: the last bits of least squares may
     differ from one time to the next, and measurements with them.
     """
-    plan = series.sweep(scene, seed, None, allowed)
+    plan = series.sweep(scene, seed, render_for=render_for, allowed=allowed)
     how = series.calibration
     if how is None:
         return plan
@@ -154,7 +184,8 @@ def _plan(
     if not rig.exists():
         rigs.mkdir(parents=True, exist_ok=True)
         write_rig(rig, recalibrated(whole, how))
-    return series.sweep(scene, seed, str(rig.absolute()), allowed)
+    path = str(rig.absolute())
+    return series.sweep(scene, seed, rig=path, render_for=render_for, allowed=allowed)
 
 
 def whole_sensors(scene: SceneSpec) -> SceneSpec:

@@ -93,7 +93,13 @@ class Series:
         return list(found), shot, turn
 
     def sweep(
-        self, scene: SceneSpec, seed: int, rig: str | None, allowed: tuple[str, ...] = ()
+        self,
+        scene: SceneSpec,
+        seed: int,
+        *,
+        rig: str | None = None,
+        render_for: Mapping[str, Any] | None = None,
+        allowed: tuple[str, ...] = (),
     ) -> Plan:
         """Give its trials.
 
@@ -105,6 +111,8 @@ class Series:
             Root of all random numbers.
         rig
             File of the rig that measures, if it is not the scene's.
+        render_for
+            Fields that the light is rendered for, so that set-ups share it.
         allowed
             A detector that is a program or a module, which the caller is willing to run.
 
@@ -118,6 +126,7 @@ class Series:
         spec = SweepSpec(
             scene="",
             base=base,
+            render_for=dict(render_for or {}),
             zipped=[zipped_shots(shots)],
             repeats=int(turn.max()) + 1,
             seed=seed32(seed, "experiment", self.name, "noise"),

@@ -80,6 +80,9 @@ class Plan:
         require_plain(spec.base)
         self.scenes = Scenes(Scenes(scene, name).with_values(spec.base), name)
         self.base = self.scenes.base
+        self._lit = self.scenes
+        if spec.render_for:
+            self._lit = Scenes(self.scenes.with_values(spec.render_for), name)
         self.seed = self.base.seed if spec.seed is None else spec.seed
         self.detectors = measuring(spec, self.base, allowed)
         found = varying(spec, self.scenes, self.detectors)
@@ -161,7 +164,8 @@ class Plan:
 
     @cached_property
     def _root(self) -> str:
-        return digest_of([self.base.model_dump(mode="json", exclude={"detect"}), self.seed])
+        said = [self.base.model_dump(mode="json", exclude={"detect"}), self.seed]
+        return digest_of([*said, self.spec.render_for] if self.spec.render_for else said)
 
     def code(self, variant: str) -> str:
         """Tell the code and the rig files that its trials run on from any other's."""
@@ -190,7 +194,7 @@ class Plan:
         """
         rendered = {path for one in self.rendered for path in one.paths}
         kept = {path: value for path, value in trial.values.items() if path in rendered}
-        shared = self.scenes.with_values({**self._strictest, **kept})
+        shared = self._lit.with_values({**self._strictest, **kept})
         own = self.scenes.with_values(trial.values)
         # What a field means for the light may depend on another: a pinhole's aperture is nothing.
         return shared if light_digest(shared) == light_digest(own) else own
@@ -202,7 +206,7 @@ class Plan:
         for one in self.mixed:
             tried = list(tried_levels(one))
             asked = [
-                _noise_asked(self.scenes.with_values(dict(zip(one.paths, level, strict=True))))
+                noise_asked(self.scenes.with_values(dict(zip(one.paths, level, strict=True))))
                 for level in tried
             ]
             chosen |= dict(zip(one.paths, tried[int(np.argmin(asked))], strict=True))
@@ -220,7 +224,7 @@ class Plan:
         return found
 
 
-def _noise_asked(spec: SceneSpec) -> float:
+def noise_asked(spec: SceneSpec) -> float:
     """Give the relative noise that a scene allows its render, where all its lamps shine."""
     allowed = noise_tolerance(spec)
     radiance = steady_weights(spec).sum(axis=0).astype(np.float32)

@@ -93,6 +93,15 @@ class SweepSpec(SweepPart):
     base: Annotated[
         dict[str, Any], Field(description="Fields of the scene that are other than in its file.")
     ] = {}
+    render_for: Annotated[
+        dict[str, Any],
+        Field(
+            description=(
+                "Fields that the light is rendered for, besides: those of other sweeps that ask "
+                "for less noise, so that all share their renders."
+            )
+        ),
+    ] = {}
     factors: Annotated[
         dict[str, Factor], Field(description="What varies: field of the scene, and its values.")
     ] = {}

@@ -52,6 +52,9 @@ RUNS_ON = {
 
 NOT_IN_IMAGES = {"name", "detect", "match", "triangulate", "refine", "boards", "experiment"}
 
+UNJUDGED = {"start_s", "row_time_s", "noise"}
+"""Of the sensor: noise is judged by lamps without their ripple, and as if it were switched on."""
+
 NOT_OWN = {"__pycache__", "site-packages", "node_modules"}
 
 MOST_FILES = 5000
@@ -82,6 +85,7 @@ def _noise_inputs(spec: SceneSpec) -> dict[str, Any]:
         for camera in (data["rig"]["left"], data["rig"]["right"])
     ]
     kept = {name: data[name] for name in ("sensor", "lamps", "ambient")}
+    kept["sensor"] = {key: value for key, value in data["sensor"].items() if key not in UNJUDGED}
     return {**kept, "noise": data["render"]["noise"], "apertures": apertures}
 
 

@@ -10,6 +10,7 @@ import subprocess
 import time
 
 import pytest
+import yaml
 from asked import call
 from experiment.small_experiment import asked, command, scene_file
 
@@ -122,3 +123,17 @@ def test_a_kill_costs_what_was_in_flight(done, tmp_path):
     for part, key in (("agreement", "sd_mm"), ("grr", "grr"), ("position", "rms_mm")):
         assert again[part][key] == pytest.approx(told[part][key], rel=1e-6)
     assert again["detection"] == told["detection"]
+
+
+@pytest.mark.slow
+def test_moments_of_the_mains_need_no_renders(tmp_path):
+    ballast = {"lamps[0].ballast": {"kind": "magnetic", "ripple": 0.35}}
+    file = scene_file(tmp_path, schedule={"start_jitter_s": 0.01, "steps": 3, "runs": 2},
+                      setups=[{"name": "on the mains", "set": ballast}])  # fmt: skip
+    # Rendered for a sensor's noise, as scenes are by default: all set-ups share the strictest.
+    data = yaml.safe_load(file.read_text())
+    data["render"] = {"noise": 3.0, "samples": 16, "light_step_mm": 4.0}
+    data["experiment"]["setups"].append({"name": "longer", "set": {"sensor.exposure_s": 0.06}})
+    file.write_text(yaml.safe_dump(data))
+    told = asked("mca", file)
+    assert told["worked_out"] == {"light": 4, "images": 24, "measure": 24}
