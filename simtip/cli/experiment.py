@@ -39,7 +39,7 @@ SceneDetectorOption = Annotated[
 ]
 WorkersOption = Annotated[
     int | None,
-    typer.Option("--workers", min=1, max=1024, help="Processes [default: one a core]."),
+    typer.Option("--workers", min=1, max=1024, help="Processes; by default one a core."),
 ]
 SchedulerOption = Annotated[
     str | None,

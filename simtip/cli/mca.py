@@ -63,7 +63,7 @@ def mca(
     ] = None,
     level: Annotated[
         float | None,
-        typer.Option("--level", metavar="P", help="Confidence level of all intervals [0.95]."),
+        typer.Option("--level", metavar="P", help="Confidence level of all intervals; 0.95 by default."),
     ] = None,
     readings: Annotated[
         Literal["displacement", "position", "step"],

@@ -34,6 +34,6 @@ SeedOption = Annotated[
 ]
 BackendOption = Annotated[
     str | None,
-    typer.Option("--backend", metavar="NAME", help="auto, cuda, llvm or scalar [default: auto]."),
+    typer.Option("--backend", metavar="NAME", help="auto (by default), cuda, llvm or scalar."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")]

@@ -41,7 +41,7 @@ def results(
             "--stat",
             metavar="STATS",
             help="Of each group: detection_rate, count or COLUMN:HOW, with HOW mean, std, rms, "
-            f"median, min, max, p05, p95, mean_abs or count [default: {DEFAULT_STATS}].",
+            f"median, min, max, p05, p95, mean_abs or count; by default {DEFAULT_STATS}.",
         ),
     ] = None,
     where: Annotated[

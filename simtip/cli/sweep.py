@@ -33,7 +33,7 @@ def sweep(
     ],
     workers: Annotated[
         int | None,
-        typer.Option("--workers", min=1, max=1024, help="Processes [default: one a core]."),
+        typer.Option("--workers", min=1, max=1024, help="Processes; by default one a core."),
     ] = None,
     scheduler: Annotated[
         str | None,
