@@ -63,7 +63,9 @@ def mca(
     ] = None,
     level: Annotated[
         float | None,
-        typer.Option("--level", metavar="P", help="Confidence level of all intervals; 0.95 by default."),
+        typer.Option(
+            "--level", metavar="P", help="Confidence level of all intervals; 0.95 by default."
+        ),
     ] = None,
     readings: Annotated[
         Literal["displacement", "position", "step"],

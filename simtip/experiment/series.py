@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from simtip.seeding import seed32, stream
 from simtip.spec import SceneSpec
 from simtip.spec.experiment import OWN_SETUP, ExperimentSpec
 from simtip.spec.recalibration import RecalibrationSpec
+from simtip.sweep.campaign import cores
 from simtip.sweep.plan import Plan
 from simtip.sweep.spec import MEASURED, SweepSpec
 from simtip.truth import scene_truth
@@ -241,12 +243,29 @@ def shot_of(tip_mm: Array, start_s: float) -> Shot:
 
 
 def zipped_shots(shots: Sequence[Shot]) -> dict[str, list[Any]]:
-    """Give what varies from one pair of images to the next, for a sweep."""
+    """Give what varies from one pair of images to the next, for a sweep.
+
+    So many places as there are cores come in turn, until all their images are taken: then each core
+    has a place's light at hand, and none waits for another to render it.
+    """
+    shots = _in_turn(shots, cores())
     said: dict[str, list[Any]] = {TIP: [list(tip) for tip, _ in shots]}
     starts = [start for _, start in shots]
     if len(set(starts)) > 1:
         said[START] = starts
     return said
+
+
+def _in_turn(shots: Sequence[Shot], width: int) -> list[Shot]:
+    by_place: dict[tuple[float, ...], list[Shot]] = {}
+    for shot in shots:
+        by_place.setdefault(shot[0], []).append(shot)
+    places = list(by_place.values())
+    ordered = []
+    for first in range(0, len(places), width):
+        turns = itertools.zip_longest(*places[first : first + width])
+        ordered += [shot for turn in turns for shot in turn if shot is not None]
+    return ordered
 
 
 def _starts(scene: SceneSpec, seed: int, name: str, shape: tuple[int, ...]) -> Array:

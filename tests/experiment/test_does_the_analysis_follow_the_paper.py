@@ -10,8 +10,9 @@ import pytest
 from simtip.errors import InputError
 from simtip.experiment.analysis import analyse
 from simtip.experiment.performed import Measured
-from simtip.experiment.series import series_of
+from simtip.experiment.series import series_of, zipped_shots
 from simtip.spec.experiment import ExperimentSpec, ScheduleSpec, SetupSpec, StageSpec
+from simtip.sweep.campaign import cores
 
 PLAN = {"schedule": ScheduleSpec(registration=None)}
 
@@ -179,6 +180,11 @@ def test_every_pair_of_images_has_its_own_moment(scene):
     assert len({tip for tip, _ in shots}) == 15
     assert 0 <= starts.min() < 0.001
     assert 0.009 < starts.max() < 0.01
+    # Two cores take turns at two places, so that each has its light at hand.
+    said = zipped_shots(shots)
+    assert sorted(map(str, said["needle.tip_mm"])) == sorted(str(list(tip)) for tip, _ in shots)
+    few = min(cores(), 15)
+    assert len({tuple(tip) for tip in said["needle.tip_mm"][: 5 * few]}) == few
 
 
 def test_a_stroke_out_of_the_picture_is_refused_before_anything_runs(scene):
