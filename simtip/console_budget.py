@@ -27,11 +27,21 @@ def show_budget(result: dict[str, Any]) -> None:
         f"({result['recession_mm']['min']:.4g} .. {result['recession_mm']['max']:.4g})",
     )
     for kind, title in KINDS.items():
-        _kind(console, title, result[kind], result["level"])
+        if result[kind] is None:
+            _line(console, f"{title}: left out, for too few were seen in every state")
+        else:
+            _kind(console, title, result[kind], result["level"])
     for cause, without in result["causes"].items():
         _line(console, f"without {cause}: {without}")
     for cause, why in result["absent"].items():
         _line(console, f"{cause} is no cause here: {why}")
+    if result["refused_by_matching"]:
+        share = f"{100 * result['refused_by_matching']:.3g} %"
+        _line(
+            console,
+            f"note: matching would refuse {share} of these measurements, which count here "
+            "(match.max_distance_px)",
+        )
     if result["positions_left_out"]:
         _line(console, f"note: {result['positions_left_out']} positions are left out: unseen")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 from simtip.spec import SceneSpec
 
@@ -36,6 +37,27 @@ WITHOUT = {
     Cause.REFERENCE: "displacements held against the needle's true ones",
 }
 """What it is like when a cause is off."""
+
+
+HELD: dict[str, set[int]] = {
+    "none": set(),
+    "radial2": {0, 1},
+    "radtan": {0, 1, 2, 3},
+    "opencv5": {0, 1, 2, 3, 4},
+    "rational": {0, 1, 2, 3, 4, 5, 6, 7},
+}
+"""Which of OpenCV's coefficients k1 k2 p1 p2 k3 k4 k5 k6 a lens model has."""
+
+
+def _used(scene: SceneSpec) -> set[int]:
+    """Give which coefficients of distortion the scene's lenses have."""
+    lenses = (scene.rig.left.lens, scene.rig.right.lens)
+    return {k for lens in lenses for k, value in enumerate(lens.distortion) if value}
+
+
+def holding(scene: SceneSpec) -> Literal["opencv5", "rational"]:
+    """Name a lens model that holds the distortion of the scene's lenses."""
+    return "opencv5" if _used(scene) <= HELD["opencv5"] else "rational"
 
 
 def ripples(scene: SceneSpec) -> bool:
@@ -75,10 +97,10 @@ def present(scene: SceneSpec, *, whole_pixels: bool) -> tuple[list[Cause], dict[
         absent[Cause.RIPPLE] = "no lamp ripples (lamps[0].ballast)"
     if all(lens.focus_mm is None for lens in lenses):
         absent[Cause.DEFOCUS] = "both cameras are pinholes (rig.left.lens.focus_mm)"
-    if how is None or how.distortion != "none":
+    if how is None or how.distortion == "auto" or _used(scene) <= HELD[how.distortion]:
         absent[Cause.DISTORTION] = "the lens model holds it (experiment.calibration.distortion)"
-    elif not any(any(lens.distortion) for lens in lenses):
-        absent[Cause.DISTORTION] = "the lenses have none"
+        if not _used(scene):
+            absent[Cause.DISTORTION] = "the lenses have none"
     if how is None and not measured:
         absent[Cause.CALIBRATION] = "the true rig measures (experiment.calibration, rig.measured)"
     return [cause for cause in Cause if cause not in absent], absent

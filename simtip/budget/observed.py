@@ -13,7 +13,7 @@ import numpy as np
 
 from simtip.budget.causes import Cause, ripples
 from simtip.errors import InputError
-from simtip.experiment.performed import SWEEPS, Said
+from simtip.experiment.performed import SWEEPS, Said, make_folder
 from simtip.experiment.series import START, TIP, Shot, shot_of, zipped_shots
 from simtip.geometry import Array
 from simtip.seeding import seed32
@@ -134,7 +134,7 @@ class _Work:
         shots = self._shots(ripple=ripple)
         plan = self._plan(shots, noise=noise, ripple=ripple, detectors=detectors)
         folder = self._out / SWEEPS / name
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(folder.parent)
         self._said(f"{name.replace('_', ', ')}: {len(plan)} measurements")
         setup = prepare(plan, self._means)
         self.counts.update(carry_out(plan, setup, folder, self._means).counts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simtip.budget.causes import Cause
+from simtip.budget.causes import Cause, holding
 from simtip.budget.errors import Rigs
 from simtip.camera import StereoRig
 from simtip.experiment.performed import whole_sensors
@@ -11,9 +11,6 @@ from simtip.recalibration import recalibrated
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 from simtip.spec.recalibration import RecalibrationSpec
-
-HOLDS = "opencv5"
-"""A lens model that holds a lens's distortion."""
 
 
 def rigs_of(scene: SceneSpec, causes: list[Cause], replicates: int, seed: int) -> Rigs:
@@ -33,6 +30,9 @@ def rigs_of(scene: SceneSpec, causes: list[Cause], replicates: int, seed: int) -
             (False, False): [true],
         }
     ideal = how.model_copy(update={"corner_noise_px": 0.0, "print_scale_error": 0.0})
+    plate = scene.boards.plate.model_copy(update={"print_scale": (1.0, 1.0), "bow_mm": 0.0})
+    boards = scene.boards.model_copy(update={"plate": plate})
+    perfect = scene.model_copy(update={"boards": boards})
     if Cause.DISTORTION not in causes:
         noisy = _drawn(scene, how, replicates, seed)
         return {
@@ -44,9 +44,9 @@ def rigs_of(scene: SceneSpec, causes: list[Cause], replicates: int, seed: int) -
     return {
         (True, True): _drawn(scene, how, replicates, seed),
         (True, False): _drawn(
-            scene, how.model_copy(update={"distortion": HOLDS}), replicates, seed
+            scene, how.model_copy(update={"distortion": holding(scene)}), replicates, seed
         ),
-        (False, True): _drawn(scene, ideal, replicates, seed),
+        (False, True): _drawn(perfect, ideal, replicates, seed),
         (False, False): [true],
     }
 

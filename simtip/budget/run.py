@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from simtip.budget.causes import WITHOUT, Cause, present, ripples
-from simtip.budget.errors import Errors, Truth
+from simtip.budget.errors import FROM_START, POSITION, STEP, Errors, Truth
 from simtip.budget.observed import Order, observe
 from simtip.budget.rigs import rigs_of
 from simtip.budget.shares import Shares, rank, split
 from simtip.errors import InputError
 from simtip.experiment.interferometer import readings
-from simtip.experiment.performed import Said, begin
-from simtip.experiment.series import Series, series_of
+from simtip.experiment.performed import Said, begin, refuse_strangers
+from simtip.experiment.series import ACCURACY, Series, series_of, shot_of
 from simtip.geometry import Array, unit
 from simtip.output_folder import write_atomically
 from simtip.seeding import stream
@@ -27,9 +27,10 @@ from simtip.spec import SceneSpec
 from simtip.sweep.campaign import Means
 from simtip.sweep.resuming import alone
 
-RESULT = "budget.json"
+RESULT, MADE_BY = "budget.json", "simtip budget"
 REPLICATES = 5
-LEAST_PLACES = 2
+LEAST = 4
+"""Of positions, or of displacements, that a budget takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,8 @@ class Budget:
         quantisation, mm; short of the tip is above 0.
     places, unseen
         How many positions there are, and how many were left out: unseen in some state.
+    refused
+        Share of the measurements with all causes that matching would refuse: they count here.
     counts
         How often each stage was worked out now.
     """
@@ -61,6 +64,7 @@ class Budget:
     recession_mm: Array
     places: int
     unseen: int
+    refused: float
     counts: Counter[str]
 
     def to_dict(self) -> dict[str, Any]:
@@ -81,13 +85,17 @@ class Budget:
             },
             "causes": {str(cause): WITHOUT[cause] for cause in self.causes},
             "absent": {str(cause): why for cause, why in self.absent.items()},
-            **{kind: self._kind(shares) for kind, shares in self.shares.items()},
+            "refused_by_matching": self.refused,
+            **{kind: self._kind(kind) for kind in (POSITION, STEP, FROM_START)},
             "worked_out": {
                 name: self.counts.get(name, 0) for name in ("light", "images", "measure")
             },
         }
 
-    def _kind(self, shares: Shares) -> dict[str, Any]:
+    def _kind(self, kind: str) -> dict[str, Any] | None:
+        shares = self.shares.get(kind)
+        if shares is None:
+            return None
         total = float(shares.total[0])
         order = rank([float(one[0]) for one in shares.shapley])
         return {
@@ -158,25 +166,29 @@ def run_budget(
             remedy="write none",
         )
     seed = scene.seed if seed is None else seed
-    line = series_of(scene, seed)[0]
-    truth = _truth(scene, line, replicates, seed)
-    begin(out, scene, seed)
+    truth = _truth(scene, series_of(scene, seed), replicates, seed)
+    refuse_strangers(out, MADE_BY)
     with alone(out):
+        begin(out, scene, seed, MADE_BY)
         starts = _starts(scene, len(truth.tips_mm), replicates, seed)
         order = Order(scene, seed, truth.tips_mm, truth.true_px, starts, replicates, allowed)
         seen = observe(order, out, means or Means(), said)
         causes, absent = present(scene, whole_pixels=seen.whole_pixels)
         errors = Errors(scene, truth, seen, rigs_of(scene, causes, replicates, seed), replicates)
-        kept = int(errors.kept.sum())
-        if kept < LEAST_PLACES:
+        everything = errors.all(causes)
+        places = len(truth.line)
+        kept = int(errors.kept[truth.line].sum())
+        if kept < LEAST:
             raise InputError(
-                f"the tip was seen under all causes at {kept} of {len(errors.kept)} positions",
+                f"the tip was seen under all causes at {kept} of {places} positions",
                 field="experiment",
                 remedy="see its sweeps by `simtip results`, and try another threshold or light",
             )
         level = scene.experiment.level
         shares = {
-            kind: split(values, len(causes), level) for kind, values in errors.all(causes).items()
+            kind: split(values, len(causes), level)
+            for kind, values in everything.items()
+            if values[frozenset()].shape[1] >= LEAST
         }
         made = Budget(
             scene,
@@ -186,7 +198,8 @@ def run_budget(
             shares,
             errors.recession_mm(frozenset(causes)),
             kept,
-            len(errors.kept) - kept,
+            places - kept,
+            errors.refused(frozenset(causes)),
             seen.counts,
         )
         text = json.dumps(made.to_dict(), indent=1) + "\n"
@@ -203,14 +216,36 @@ def _starts(scene: SceneSpec, places: int, replicates: int, seed: int) -> Array 
     return np.asarray(scene.sensor.start_s + drawn)
 
 
-def _truth(scene: SceneSpec, line: Series, replicates: int, seed: int) -> Truth:
-    """Give what is true of the first run, with readings of the interferometer drawn anew."""
-    tips = np.round(line.tip_mm[0], 9)
-    rng = stream(seed, "budget", "interferometer")
-    carriage = np.tile(line.carriage_mm[0], (replicates, 1))
+def _truth(scene: SceneSpec, planned: list[Series], replicates: int, seed: int) -> Truth:
+    """Give what is true of the first run, and of the steps that count for accuracy.
+
+    What the interferometer reads is drawn anew.
+    """
+    own = planned[0]
+    single = next((one for one in planned if one.name == ACCURACY), None)
+    numbers: dict[tuple[float, float, float], int] = {}
+
+    def place(tip: Array) -> int:
+        return numbers.setdefault(shot_of(tip, 0.0)[0], len(numbers))
+
+    line = np.array([place(tip) for tip in own.tip_mm[0]])
+    spec, rng = scene.experiment.interferometer, stream(seed, "budget", "interferometer")
+    read = readings(spec, np.tile(own.carriage_mm[0], (replicates, 1)), rng)
+    if single is None:
+        steps = np.stack([line[:-1], line[1:]], axis=1)
+        moved = np.abs(np.diff(read, axis=1))
+    else:
+        count = scene.experiment.schedule.steps
+        steps = np.array([[place(tip) for tip in pair] for pair in single.tip_mm[:count]])
+        ends = [readings(spec, single.carriage_mm[:count], rng) for _ in range(replicates)]
+        moved = np.abs(np.diff(np.stack(ends), axis=-1))[..., 0]
+    tips = np.array(list(numbers))
     return Truth(
-        tips,
-        np.stack(scene.rig.rig().project(tips), axis=1),
-        unit(np.array(scene.needle.axis)),
-        readings(scene.experiment.interferometer, carriage, rng),
+        tips_mm=tips,
+        true_px=np.stack(scene.rig.rig().project(tips), axis=1),
+        axis=unit(np.array(scene.needle.axis)),
+        line=line,
+        line_laser_mm=read,
+        steps=steps,
+        steps_laser_mm=moved,
     )

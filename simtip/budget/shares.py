@@ -63,7 +63,7 @@ def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
     shapley = [_shapley(values, cause, causes) for cause in range(causes)]
     alone = [values[frozenset([cause])] - rest for cause in range(causes)]
     removed = [total - values[everything - {cause}] for cause in range(causes)]
-    return Shares(
+    found = Shares(
         total=grand_mean(total, level),
         rest=grand_mean(rest, level),
         shapley=_stacked(shapley, level),
@@ -72,6 +72,9 @@ def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
         replicates=total.shape[0],
         places=total.shape[1],
     )
+    for squares in (found.total, found.rest):
+        squares[1] = max(squares[1], 0.0) if squares[0] >= 0 else squares[1]
+    return found
 
 
 def subsets(causes: int) -> list[Subset]:
@@ -97,9 +100,9 @@ def _stacked(values: list[Array], level: float) -> Array:
 def grand_mean(values: Array, level: float) -> Array:
     """Give mean, low and high end of values by replicate and place, both drawn at random.
 
-    The mean's variance is (MS_r + MS_p) / (r p), mean squares of a two-way layout: without the
-    residual's taken away, so that an interval is rather too wide. Student's t with Satterthwaite's
-    (1946) degrees of freedom. What does not vary has no width.
+    The mean's variance is (MS_r + MS_p) / (r p), mean squares of a two-way layout, without the
+    residual's taken away. Student's t with Satterthwaite's (1946) degrees of freedom: for normal
+    values rather too wide. What does not vary has no width.
 
     Parameters
     ----------

@@ -152,7 +152,8 @@ def judge(percent: float, interval: Interval) -> tuple[Verdict, ...]:
         Verdict(
             below_percent=limit,
             met=percent < limit,
-            clear=interval.high < limit or interval.low >= limit,
+            # No scatter at all is no knowledge of it: whole pixels may hide it.
+            clear=0 < interval.high < limit or interval.low >= limit,
         )
         for limit in CRITERIA
     )

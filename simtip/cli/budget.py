@@ -46,7 +46,7 @@ def budget(
     from simtip.sweep.campaign import Means
 
     source = read_with(scene, experiment, detector, settings)
-    with working_in(source, out) as folder:
+    with working_in(source, out, experiment) as folder:
         done = run_budget(
             source.spec,
             folder,

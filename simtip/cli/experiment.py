@@ -82,12 +82,32 @@ def changed(source: SceneFile, **values: object) -> SceneFile:
 
 
 @contextmanager
-def working_in(source: SceneFile, out: Path | None) -> Iterator[Path]:
+def _located(source: SceneFile, experiment: Path | None) -> Iterator[None]:
+    """Give an error its place, in the scene or in the file of its experiment."""
+    try:
+        with located(source):
+            yield
+    except InputError as error:
+        field = error.field or ""
+        if experiment is None or not field.startswith("experiment."):
+            raise
+        raise InputError(
+            error.problem,
+            file=experiment,
+            field=field.removeprefix("experiment."),
+            remedy=error.remedy,
+        ) from error
+
+
+@contextmanager
+def working_in(
+    source: SceneFile, out: Path | None, experiment: Path | None = None
+) -> Iterator[Path]:
     """Give the folder to work in, a temporary one if none is named; Ctrl-C ends in one line."""
     if out is not None and not str(out).strip(". "):
         raise InputError("is no folder of its own", field="--out", remedy="name a new folder")
     try:
-        with located(source):
+        with _located(source, experiment):
             if out is not None:
                 yield out
                 return

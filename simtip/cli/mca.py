@@ -126,7 +126,7 @@ def mca(
 
     source = read_with(scene, experiment, detector, settings)
     source = changed(source, tolerance_mm=tolerance, multiplier=multiplier, level=level)
-    with working_in(source, out) as folder:
+    with working_in(source, out, experiment) as folder:
         done = run_experiment(
             source.spec,
             folder,

@@ -20,6 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simtip.camera import Camera
+from simtip.detect.gray import to_gray
+from simtip.detect.lin2020_parameters import Lin2020Parameters
 from simtip.detect.observation import TipObservation, TipStatus
 from simtip.detect.parameters import (
     FIELD_PREFIX,
@@ -117,7 +119,7 @@ class ConfiguredDither:
         if not first.ok or self.dither_steps == 1:
             return first
         shifts = shifts_px(self.dither_steps)
-        moved = zip(shifts, shifted(image, shifts), strict=True)
+        moved = zip(shifts, shifted(_all_it_uses(self.inner, image), shifts), strict=True)
         return _mean(first, [_moved_back(self.inner(one), shift) for shift, one in moved])
 
     def for_camera(self, camera: Camera) -> ConfiguredDetector:
@@ -127,6 +129,14 @@ class ConfiguredDither:
     def for_region(self, u0: int, v0: int, shape: tuple[int, ...]) -> ConfiguredDetector:
         """Tell the detector that it sees a region, which begins there, of images of a shape."""
         return replace(self, inner=for_region(self.inner, u0, v0, shape))
+
+
+def _all_it_uses(inner: ConfiguredDetector, image: Image) -> Image:
+    """Give an image with all that a detector uses of it: of three colours, one gray to move."""
+    parameters = getattr(inner, "parameters", None)
+    if isinstance(parameters, Lin2020Parameters) and image.ndim == 3 and image.dtype == np.uint8:
+        return to_gray(image, parameters.weights)
+    return image
 
 
 def undithered(reference: str) -> str:

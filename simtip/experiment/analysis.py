@@ -23,19 +23,28 @@ from simtip.capability import (
     register,
     summarise_errors,
 )
+from simtip.capability.interval import ends
+from simtip.capability.shared_runs import Layout, layout, limits_of, repeatability_of
 from simtip.errors import InputError
 from simtip.experiment.performed import Measured
 from simtip.experiment.series import ACCURACY, REGISTRATION
-from simtip.geometry import Array
+from simtip.geometry import Array, unit
 from simtip.spec.experiment import ExperimentSpec
 from simtip.sweep.table import OK
 
 LEAST = 3
 """Displacements that statistics take."""
 
-CUMULATIVE_NOTE = (
-    "displacements of one run share its first position, so they are not independent: intervals of "
-    "agreement are too narrow if that position is uncertain"
+SHARED_NOTE = (
+    "displacements of one run share its start: intervals of bias, limits, sigma and P/T take runs "
+    "and positions as random; those of correlation and concordance take pairs as independent"
+)
+INCOMPLETE_NOTE = (
+    "not all positions were measured in two runs or more: intervals take displacements as "
+    "independent, which they are not, and are too narrow"
+)
+HIDDEN_NOTE = (
+    "no displacement differs from one run to the next: whole pixels, or no noise, may hide it"
 )
 
 
@@ -64,7 +73,7 @@ class Position:
     Attributes
     ----------
     axes
-        Of x, y, z in the world's frame, signed.
+        Of x, y, z in the world's frame, signed; of each position the mean of its runs.
     rms_mm, max_mm
         Of the distance.
     """
@@ -125,16 +134,16 @@ class Capability:
         Displacements of the first set-up: from one position to the next, of the runs that count for
         accuracy; and from a run's start, of all.
     accuracy
-        Of steps: Eq. 1 to 3.
+        Of steps: Eq. 1 to 3. None if fewer than two were measured.
     accuracy_from_start
-        The same of displacements from a run's start.
+        The same of displacements from a run's start, of all runs.
     agreement, agreement_repeated
         Of displacements from a run's start; each as a subject of its own, and as repeated
         measurements of the positions, whose true value varies.
     repeatability, repeatability_of_errors
         Of measured displacements, and of measured minus reference.
     grr
-        Of displacements: parts are positions, operators set-ups.
+        Of positions along the first axis: parts are places, operators set-ups.
     position
         Against the truth.
     frame
@@ -147,7 +156,7 @@ class Capability:
     measured: Sequence[Measured]
     steps: Displacements
     from_start: Displacements
-    accuracy: Accuracy
+    accuracy: Accuracy | None
     accuracy_from_start: Accuracy
     agreement: Agreement
     agreement_repeated: Agreement | None
@@ -169,10 +178,7 @@ class Capability:
         return {
             "level": self.spec.level,
             "detection": self._detection(),
-            "accuracy": {
-                **self.accuracy.to_dict(),
-                "from_start": self.accuracy_from_start.to_dict(),
-            },
+            "accuracy": self._accuracy(),
             "agreement": agreement,
             "repeatability": repeatability,
             "grr": _plain(self.grr),
@@ -181,6 +187,19 @@ class Capability:
             "left_out": dict(self.left_out),
             "notes": list(self.notes),
         }
+
+    def _accuracy(self) -> dict[str, Any] | None:
+        if self.accuracy is None:
+            return None
+        start = self.accuracy_from_start.to_dict()
+        # These would take displacements as independent.
+        start |= dict.fromkeys(("mean_abs_ci_mm", "rms_ci_mm"))
+        start["mean_ci_mm"] = ends(self.agreement.limits.bias_ci)
+        told = {**self.accuracy.to_dict(), "from_start": start}
+        for part in (told, start):
+            if part["linearity"] is not None:
+                part["linearity"] |= dict.fromkeys(("intercept_ci_mm", "intercept_p"))
+        return told
 
     def _detection(self) -> dict[str, Any]:
         status = Counter(str(one) for part in self.measured for one in part.status.ravel())
@@ -216,18 +235,23 @@ def analyse(spec: ExperimentSpec, measured: Sequence[Measured], axes: Array) -> 
     single = next((part for part in measured if part.series.name == ACCURACY), None)
     steps = steps_of(own, first) if single is None else steps_of(single, slice(None))
     whole = from_start_of(own, slice(None))
-    _refuse_too_few(own, steps, whole)
-    repeatability, of_errors = _repeatability(spec, whole, left_out)
+    _refuse_too_few(own, whole)
+    repeatability, of_errors = _repeatability(spec, own, whole, left_out)
+    agreement = assess_agreement(
+        whole.measured, whole.reference, subjects=whole.position, level=spec.level
+    )
+    errors = _complete(own, own.series.laser_mm)
+    if errors is not None:
+        shared = limits_of(agreement.limits, errors, spec.level)
+        agreement = replace(agreement, limits=shared)
     return Capability(
         spec=spec,
         measured=measured,
         steps=steps,
         from_start=whole,
-        accuracy=_accuracy(spec, steps, from_start_of(own, first)),
-        accuracy_from_start=_from_start(spec, from_start_of(own, first)),
-        agreement=assess_agreement(
-            whole.measured, whole.reference, subjects=whole.position, level=spec.level
-        ),
+        accuracy=_accuracy(spec, steps, whole, left_out),
+        accuracy_from_start=_from_start(spec, whole),
+        agreement=agreement,
         agreement_repeated=_repeated(spec, whole),
         repeatability=repeatability,
         repeatability_of_errors=of_errors,
@@ -235,7 +259,11 @@ def analyse(spec: ExperimentSpec, measured: Sequence[Measured], axes: Array) -> 
         position=_position(own, spec.level),
         frame=_frame(measured, axes, left_out),
         left_out=left_out,
-        notes=(CUMULATIVE_NOTE, *_missing_note(measured)),
+        notes=(
+            SHARED_NOTE if errors is not None else INCOMPLETE_NOTE,
+            *([HIDDEN_NOTE] if repeatability is not None and repeatability.sigma == 0 else []),
+            *_missing_note(measured),
+        ),
     )
 
 
@@ -261,8 +289,8 @@ def _displacements(part: Measured, runs: slice, from_mm: Array, from_laser: Arra
     )
 
 
-def _refuse_too_few(own: Measured, steps: Displacements, whole: Displacements) -> None:
-    if min(len(steps.measured), len(whole.measured)) >= LEAST:
+def _refuse_too_few(own: Measured, whole: Displacements) -> None:
+    if len(whole.measured) >= LEAST:
         return
     status = Counter(str(one) for one in own.status[~own.ok])
     worst = ", ".join(f"{count} {name}" for name, count in status.most_common(3))
@@ -273,8 +301,26 @@ def _refuse_too_few(own: Measured, steps: Displacements, whole: Displacements) -
     )
 
 
-def _accuracy(spec: ExperimentSpec, steps: Displacements, whole: Displacements) -> Accuracy:
+def _complete(own: Measured, laser_mm: Array | None) -> Layout | None:
+    """Give the layout of displacements from the start, of positions measured in all runs with one.
+
+    With readings of the interferometer, it is that of the errors.
+    """
+    moved = np.linalg.norm(own.tip_mm[:, 1:] - own.tip_mm[:, :1], axis=-1)
+    if laser_mm is not None:
+        moved = moved - np.abs(laser_mm[:, 1:] - laser_mm[:, :1])
+    runs = moved[own.ok[:, 0]]
+    whole = runs[:, np.isfinite(runs).all(axis=0)]
+    return layout(whole) if min(whole.shape) >= 2 else None
+
+
+def _accuracy(
+    spec: ExperimentSpec, steps: Displacements, whole: Displacements, left_out: dict[str, str]
+) -> Accuracy | None:
     """Assess steps; how the bias runs with displacement is asked of those from the start."""
+    if len(steps.measured) < 2:
+        left_out["accuracy"] = "fewer than two steps were measured at both ends"
+        return None
     found = assess_accuracy(
         steps.measured,
         steps.reference,
@@ -302,37 +348,42 @@ def _repeated(spec: ExperimentSpec, whole: Displacements) -> Agreement | None:
 
 
 def _repeatability(
-    spec: ExperimentSpec, whole: Displacements, left_out: dict[str, str]
+    spec: ExperimentSpec, own: Measured, whole: Displacements, left_out: dict[str, str]
 ) -> tuple[Repeatability | None, Repeatability | None]:
     if len(set(whole.position)) == len(whole.position):
         left_out["repeatability"] = "no displacement was measured twice"
         return None, None
-    measured, of_errors = (
-        assess_repeatability(
+    found = []
+    for values, laser in (
+        (whole.measured, None),
+        (whole.measured - whole.reference, own.series.laser_mm),
+    ):
+        one = assess_repeatability(
             values,
             whole.position,
             tolerance=spec.tolerance_mm,
             multiplier=spec.multiplier,
             level=spec.level,
         )
-        for values in (whole.measured, whole.measured - whole.reference)
-    )
-    return measured, of_errors
+        shared = _complete(own, laser)
+        found.append(one if shared is None else repeatability_of(one, shared, spec.level))
+    return found[0], found[1]
 
 
 def _gauge(
     spec: ExperimentSpec, measured: Sequence[Measured], left_out: dict[str, str]
 ) -> Gauge | None:
-    """Analyse displacements by position, set-up and run, of positions measured everywhere."""
+    """Analyse positions along the first axis by place, set-up and run, of those seen everywhere.
+
+    Not displacements: those of one run share its start, which would count as reproducibility.
+    """
     parts = [part for part in measured if part.series.is_setup]
     if len(parts) < 2:
         left_out["grr"] = "the experiment has one set-up only: add some in experiment.setups"
         return None
     runs = spec.schedule.setup_runs
-    moved = np.stack(
-        [np.linalg.norm(p.tip_mm[:runs, 1:] - p.tip_mm[:runs, :1], axis=-1) for p in parts]
-    )
-    study = moved.transpose(2, 0, 1)  # position, set-up, run
+    along = positions_along(parts)
+    study = np.stack([one[:runs] for one in along]).transpose(2, 0, 1)  # place, set-up, run
     whole = study[np.isfinite(study).all(axis=(1, 2))]
     if len(whole) < 2:
         left_out["grr"] = "fewer than two positions were measured in every run of every set-up"
@@ -342,10 +393,21 @@ def _gauge(
     )
 
 
+def positions_along(parts: Sequence[Measured]) -> list[Array]:
+    """Give measured positions along the motion of the first of them, (runs, positions) each, mm."""
+    places = np.nanmean(parts[0].tip_mm, axis=0)
+    seen = places[np.isfinite(places).all(axis=1)]
+    axis = unit(seen[-1] - seen[0])
+    return [(part.tip_mm - seen[0]) @ axis for part in parts]
+
+
 def _position(own: Measured, level: float) -> Position:
-    errors = (own.tip_mm - own.series.tip_mm)[own.ok]
-    lengths = np.linalg.norm(errors, axis=1)
-    axes = {axis: summarise_errors(errors[:, k], level) for k, axis in enumerate("xyz")}
+    """Sum up errors; their intervals are over positions, of which each counts once."""
+    errors = own.tip_mm - own.series.tip_mm
+    lengths = np.linalg.norm(errors[own.ok], axis=1)
+    at = errors[:, own.ok.any(axis=0)]
+    means = np.nanmean(at, axis=0)
+    axes = {axis: summarise_errors(means[:, k], level) for k, axis in enumerate("xyz")}
     return Position(axes, float(np.sqrt((lengths**2).mean())), float(lengths.max()))
 
 

@@ -18,10 +18,11 @@ from simtip.geometry import Array
 from simtip.light_inputs import light_digest
 from simtip.output_folder import write_atomically
 from simtip.recalibration import recalibrated
-from simtip.rig_file import write_rig
+from simtip.rig_file import read_rig, write_rig
 from simtip.seeding import seed32
 from simtip.spec import SceneSpec
 from simtip.spec.experiment import OWN_SETUP
+from simtip.spec.recalibration import RecalibrationSpec
 from simtip.sweep.assignment import Scenes
 from simtip.sweep.campaign import Means, carry_out, prepare
 from simtip.sweep.plan import Plan, noise_asked
@@ -31,6 +32,9 @@ from simtip.version import __version__
 
 HEAD = "experiment.json"
 SWEEPS, RIGS = "sweeps", "rigs"
+
+UNREFINED = "not_refined"
+"""Status of a tip that was triangulated, but not refined as the scene asks."""
 
 Said = Callable[[str], None]
 
@@ -110,14 +114,23 @@ def perform(
     for number, (one, plan) in enumerate(zip(planned, plans, strict=True)):
         said(f"{one.name}: {len(plan)} measurements")
         folder = out / SWEEPS / f"{number:02d}"
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(folder.parent)
         tally = carry_out(plan, prepare(plan, means), folder, means, retry_failed=retry_failed)
         found.append(_measured(one, plan, folder, tally.counts))
     return found
 
 
-def begin(out: Path, scene: SceneSpec, seed: int) -> None:
-    """Make an experiment's folder, or see that it is one.
+def begin(out: Path, scene: SceneSpec, seed: int, made_by: str) -> None:
+    """See that a folder is an analysis's own, `alone` in it, and take away what is out of date.
+
+    Parameters
+    ----------
+    out
+        The folder.
+    scene, seed
+        What is analysed.
+    made_by
+        The command.
 
     Raises
     ------
@@ -125,19 +138,63 @@ def begin(out: Path, scene: SceneSpec, seed: int) -> None:
         It holds something else, or cannot be written.
     """
     head = out / HEAD
+    own = {HEAD, SWEEPS, RIGS}
+    strangers = refuse_strangers(out, made_by)
+    there = _head_of(head)
+    data = {"made_by": made_by, "seed": seed, "scene": json.loads(scene.model_dump_json())}
+    if there is not None and there != data:
+        for name in strangers:
+            if name not in own and (out / name).is_file():
+                (out / name).unlink()
+    write_atomically(head, json.dumps(data, indent=1).encode())
+
+
+def refuse_strangers(out: Path, made_by: str) -> list[str]:
+    """Refuse a folder that is not this command's own; give what is in it.
+
+    Raises
+    ------
+    InputError
+        It holds something else, or cannot be read.
+    """
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        strangers = sorted(entry.name for entry in out.iterdir() if entry.name[0] != ".")
+        names = sorted(one.name for one in out.iterdir() if one.name[0] != ".")
+    except FileNotFoundError:
+        return []
     except OSError as error:
         raise InputError(
-            f"cannot be written ({error.strerror})", file=out, remedy="name another folder"
+            f"cannot be read ({error.strerror})", file=out, remedy="name another folder"
         ) from error
-    if strangers and not head.exists():
+    there = _head_of(out / HEAD)
+    if (names and there is None) or (there or {}).get("made_by", made_by) != made_by:
+        said = names[0] if there is None else str(there["made_by"])
+        raise InputError(f"holds something else ({said})", file=out, remedy="name another folder")
+    return names
+
+
+def _head_of(head: Path) -> dict[str, Any] | None:
+    """Read what a folder says of itself; None if it says nothing that is an analysis's."""
+    try:
+        data = json.loads(head.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return data if isinstance(data, dict) and "made_by" in data else None
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, with those around it.
+
+    Raises
+    ------
+    InputError
+        It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
         raise InputError(
-            f"holds something else ({strangers[0]})", file=out, remedy="name another folder"
-        )
-    data = {"seed": seed, "scene": json.loads(scene.model_dump_json())}
-    write_atomically(head, json.dumps(data, indent=1).encode())
+            f"cannot be written ({error.strerror})", file=folder, remedy="name another folder"
+        ) from error
 
 
 def _shared_light(
@@ -173,19 +230,28 @@ def _plan(
     differ from one time to the next, and measurements with them.
     """
     plan = series.sweep(scene, seed, render_for=render_for, allowed=allowed)
-    how = series.calibration
+    # What is not calibrated anew is measured with the rig of the scene as it is.
+    how, seen, name = series.calibration, plan.base, series.name
+    if how is None:
+        how, seen, name = scene.experiment.calibration, scene, OWN_SETUP
     if how is None:
         return plan
-    setup = series.name if series.is_setup else OWN_SETUP
-    own = seed32(seed, "experiment", setup, "calibration", how.seed)
-    whole, how = whole_sensors(plan.base), how.model_copy(update={"seed": own})
-    told = [part.model_dump(mode="json") for part in (how, whole.rig, whole.boards)]
-    rig = rigs / f"{digest_of([__version__, *told, whole.needle.tip_mm])[:24]}.json"
-    if not rig.exists():
-        rigs.mkdir(parents=True, exist_ok=True)
-        write_rig(rig, recalibrated(whole, how))
+    own = seed32(seed, "experiment", name, "calibration", how.seed)
+    rig = _kept_rig(rigs, whole_sensors(seen), how.model_copy(update={"seed": own}))
     path = str(rig.absolute())
     return series.sweep(scene, seed, rig=path, render_for=render_for, allowed=allowed)
+
+
+def _kept_rig(rigs: Path, whole: SceneSpec, how: RecalibrationSpec) -> Path:
+    """Give the file of a rig, calibrated now if it is not there or damaged."""
+    told = [part.model_dump(mode="json") for part in (how, whole.rig, whole.boards)]
+    rig = rigs / f"{digest_of([__version__, *told, whole.needle.tip_mm])[:24]}.json"
+    try:
+        read_rig(rig)
+    except InputError:
+        make_folder(rigs)
+        write_rig(rig, recalibrated(whole, how))
+    return rig
 
 
 def whole_sensors(scene: SceneSpec) -> SceneSpec:
@@ -198,6 +264,7 @@ def whole_sensors(scene: SceneSpec) -> SceneSpec:
 def _measured(series: Series, plan: Plan, folder: Path, counts: Counter[str]) -> Measured:
     """Bring a table's rows back into the order of the runs."""
     rows = Table.open(folder).by_trial()
+    refines = plan.base.refine.name != "none"
     shots, shot, turn = series.shots()
     by_turn: dict[tuple[Shot, int], dict[str, Any]] = {}
     for number in range(len(plan)):
@@ -209,6 +276,8 @@ def _measured(series: Series, plan: Plan, folder: Path, counts: Counter[str]) ->
     for index in np.ndindex(shot.shape):
         row = by_turn[shots[shot[index]], int(turn[index])]
         status[index] = row["status"]
-        if row["status"] == OK:
+        if row["status"] == OK and refines and row["refined_norm_mm"] is None:
+            status[index] = UNREFINED
+        elif row["status"] == OK:
             tips[index] = [row[f"tip_{axis}_mm"] for axis in "xyz"]
     return Measured(series, tips, status, Counter(counts))

@@ -9,11 +9,13 @@ from typing import Any
 
 from simtip.experiment.analysis import Capability, analyse
 from simtip.experiment.files import write_result, write_rows
-from simtip.experiment.performed import Said, begin, perform
+from simtip.experiment.performed import Said, begin, perform, refuse_strangers
 from simtip.experiment.series import series_of
 from simtip.spec import SceneSpec
 from simtip.sweep.campaign import Means
 from simtip.sweep.resuming import alone
+
+MADE_BY = "simtip mca"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +89,9 @@ def run_experiment(
     """
     seed = scene.seed if seed is None else seed
     planned = series_of(scene, seed)
-    begin(out, scene, seed)
+    refuse_strangers(out, MADE_BY)
     with alone(out):
+        begin(out, scene, seed, MADE_BY)
         measured = perform(
             scene,
             planned,

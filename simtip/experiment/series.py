@@ -19,6 +19,7 @@ from simtip.seeding import seed32, stream
 from simtip.spec import SceneSpec
 from simtip.spec.experiment import OWN_SETUP, ExperimentSpec
 from simtip.spec.recalibration import RecalibrationSpec
+from simtip.sweep.assignment import Scenes
 from simtip.sweep.campaign import cores
 from simtip.sweep.plan import Plan
 from simtip.sweep.spec import MEASURED, SweepSpec
@@ -44,7 +45,7 @@ class Series:
     changes
         Fields of the scene that are other.
     calibration
-        How the rig that measures was calibrated; None: as the scene has it.
+        How the rig that measures was calibrated for this series; None: it is the first set-up's.
     stage_mm
         (runs, positions, 3) where the needle is in the stage's coordinates, mm.
     commanded_mm
@@ -153,11 +154,16 @@ def series_of(scene: SceneSpec, seed: int) -> list[Series]:
     """
     spec = scene.experiment
     runs = spec.schedule.runs
-    made = [_line(scene, seed, OWN_SETUP, {}, spec.calibration, runs)]
-    for one in spec.setups:
+    made = [_line(scene, seed, OWN_SETUP, {}, None, runs)]
+    for number, one in enumerate(spec.setups):
         runs = spec.schedule.setup_runs
-        how = one.recalibrate or spec.calibration
-        made.append(_line(scene, seed, one.name, one.set, how, runs))
+        try:
+            made.append(_line(scene, seed, one.name, one.set, one.recalibrate, runs))
+            made[-1].sweep(scene, seed)
+        except InputError as error:
+            said = f"{error.field} {error.problem}" if error.field else error.problem
+            field = f"experiment.setups[{number}].set"
+            raise InputError(said, field=field, remedy=error.remedy) from error
     if spec.schedule.accuracy_turns:
         made.append(_single_steps(scene, seed))
     if spec.schedule.registration is not None:
@@ -183,7 +189,7 @@ def _single_steps(scene: SceneSpec, seed: int) -> Series:
     plan = scene.experiment.schedule
     ends = positions_of(plan)
     steps = np.tile(np.stack([ends[:-1], ends[1:]], axis=1), (plan.accuracy_runs, 1))
-    return _driven(scene, seed, ACCURACY, {}, scene.experiment.calibration, steps)
+    return _driven(scene, seed, ACCURACY, {}, None, steps)
 
 
 def _driven(
@@ -211,7 +217,7 @@ def _registration(scene: SceneSpec, seed: int, counts: tuple[int, int, int]) -> 
     across = np.broadcast_to(others[:, None], (len(others), len(along), 2))
     asked = np.concatenate([motion.commanded_mm[..., None], across], axis=-1)
     places = coordinates(spec.stage, motion.needle_mm, across)
-    return _series(scene, seed, REGISTRATION, {}, spec.calibration, motion, asked, places)
+    return _series(scene, seed, REGISTRATION, {}, None, motion, asked, places)
 
 
 def _series(
@@ -229,7 +235,8 @@ def _series(
     laser = readings(spec.interferometer, motion.carriage_mm, rng)
     axes = spec.stage.axes(scene.needle.axis)
     tips = np.array(scene.needle.tip_mm) + (places - np.array(spec.stage.origin_mm)) @ axes
-    _require_in_view(scene, tips.reshape(-1, 3), places.reshape(-1, 3), name)
+    seen_by = Scenes(scene).with_values(changes) if changes else scene
+    _require_in_view(seen_by, tips.reshape(-1, 3), places.reshape(-1, 3), name)
     starts = _starts(scene, seed, name, places.shape[:2])
     return Series(
         name, changes, calibration, asked, places, motion.carriage_mm, laser, tips, starts

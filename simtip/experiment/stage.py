@@ -54,7 +54,7 @@ def drive(stage: StageSpec, positions_mm: Array, rng: np.random.Generator) -> Mo
     for run, places in enumerate(motor):
         mount.follow(lead.follow(commanded[run, -1]))
         # With no overrun the start itself is come to backward.
-        mount.follow(lead.follow(min(commanded[run, 0] - stage.overrun_mm, places[0])))
+        mount.follow(lead.follow(places[0] - stage.overrun_mm))
         for k, place in enumerate(places):
             carriage[run, k] = lead.follow(place)
             lag = mount.follow(carriage[run, k]) - carriage[run, k]
@@ -84,9 +84,15 @@ def coordinates(stage: StageSpec, first_mm: Array, others_mm: Array | None = Non
     places[..., 1:] = stage.origin_mm[1:]
     if others_mm is not None:
         places[..., 1:] = _whole(others_mm, stage.resolution_mm)
-    share = first_mm / stage.stroke_mm[0]
-    places[..., 1] += 4 * stage.straightness_mm * share * (1 - share)
+    places[..., 1] += _bow(stage, first_mm) - _bow(stage, np.array(stage.origin_mm[0]))
     return places
+
+
+def _bow(stage: StageSpec, first_mm: Array) -> Array:
+    """Give how far the first axis is off the line through its ends, mm."""
+    share = first_mm / stage.stroke_mm[0]
+    bow: Array = 4 * stage.straightness_mm * share * (1 - share)
+    return bow
 
 
 def grid(stage: StageSpec, counts: tuple[int, int, int]) -> tuple[Array, Array]:

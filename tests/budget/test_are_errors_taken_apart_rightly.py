@@ -6,6 +6,7 @@ Observations are made up here: true tips moved by known amounts.
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,7 +38,10 @@ def lens_scene(scene):
 def truth(scene):
     tips = np.array(scene.needle.tip_mm) + np.arange(PLACES)[:, None] * [0, 2.0, 0]
     laser = np.tile(np.arange(PLACES) * 2.0, (REPLICATES, 1))
-    return Truth(tips, np.stack(scene.rig.rig().project(tips), axis=1), AXIS, laser)
+    px = np.stack(scene.rig.rig().project(tips), axis=1)
+    line = np.arange(PLACES)
+    steps = np.stack([line[:-1], line[1:]], axis=1)
+    return Truth(tips, px, AXIS, line, laser, steps, np.abs(np.diff(laser, axis=1)))
 
 
 def test_a_tip_seen_short_along_the_needle_is_found_to_be(scene, truth):
@@ -120,7 +124,11 @@ def test_all_causes_are_what_was_seen(lens_scene, truth):
 
 
 def test_the_reference_counts_in_displacements_only(lens_scene, truth):
-    late = Truth(truth.tips_mm, truth.true_px, AXIS, truth.laser_mm * 1.01)
+    late = replace(
+        truth,
+        line_laser_mm=truth.line_laser_mm * 1.01,
+        steps_laser_mm=truth.steps_laser_mm * 1.01,
+    )
     found = errors(lens_scene, late, made_up(truth)).squares(frozenset([Cause.REFERENCE]))
     assert found["position"].max() < 1e-16
     assert found["step"] == pytest.approx(0.02**2)
@@ -132,7 +140,27 @@ def test_a_place_unseen_in_any_state_does_not_count(lens_scene, truth):
     seen.tips_px[False, True, False, False][2, 3] = np.nan
     found = errors(lens_scene, truth, seen)
     assert found.kept.tolist() == [True, True, True, False, True, True]
-    assert np.isfinite(found.squares(frozenset(Cause))["step"]).all()
+    squares = found.squares(frozenset(Cause))
+    # No step bridges it: of five there are three, and of displacements from the start four.
+    assert [squares[kind].shape[1] for kind in ("position", "step", "from_start")] == [5, 3, 4]
+    true = found.squares(frozenset([Cause.REFERENCE]))
+    assert true["step"].max() < 1e-16
+
+
+def test_without_the_start_there_is_nothing_from_it(lens_scene, truth):
+    seen = made_up(truth)
+    seen.tips_px[False, True, False, False][2, 0] = np.nan
+    squares = errors(lens_scene, truth, seen).squares(frozenset(Cause))
+    assert squares["from_start"].shape[1] == 0
+    assert squares["step"].shape[1] == 4
+
+
+def test_what_matching_would_refuse_is_told(lens_scene, truth):
+    seen = made_up(truth, noise=0.0)
+    assert errors(lens_scene, truth, seen).refused(frozenset(Cause)) == 0
+    seen.tips_px[True, True, False, True][1, 2, 0, 1] += 60
+    share = errors(lens_scene, truth, seen).refused(frozenset(Cause))
+    assert share == pytest.approx(1 / (PLACES * REPLICATES))
 
 
 def test_causes_are_those_that_the_scene_has(scene, lens_scene):

@@ -75,7 +75,8 @@ def test_a_line_through_its_points_has_no_p_value():
 def test_a_perfect_repetition_has_no_width():
     found = assess_repeatability([0.1 + 0.2, 0.3, 5, 5], ["a", "a", "b", "b"], tolerance=1)
     assert (found.sigma, found.p_t_percent) == (0, 0)
-    assert all(verdict.met and verdict.clear for verdict in found.verdicts)
+    # Whole pixels may hide a scatter: nothing is clear.
+    assert all(verdict.met and not verdict.clear for verdict in found.verdicts)
 
 
 def test_negative_components_count_as_0_and_are_named():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import signal
@@ -13,6 +12,8 @@ import pytest
 import yaml
 from asked import call
 from experiment.small_experiment import asked, command, scene_file
+
+from simtip.sweep.table import Table
 
 KEYS = {
     "accuracy": {"mean_abs_mm", "max_abs_mm", "rms_mm", "r2_step", "r2_cumulative"},
@@ -76,22 +77,39 @@ def test_its_folder_holds_what_a_user_looks_for(done):
 
 
 @pytest.mark.slow
-def test_its_rows_are_what_mca_csv_reads(done, tmp_path):
+def test_its_rows_are_what_mca_csv_reads(done):
     _, out, told = done
-    with (out / "measurements.csv").open() as stream:
-        rows = list(csv.DictReader(stream))
-    own = [row for row in rows if row["operator"] == "as in the scene"]
-    file = tmp_path / "own.csv"
-    with file.open("w") as stream:
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        writer.writerows(own)
-    again = json.loads(call("mca", "--csv", str(file), "--tolerance", "0.62", "--json").out)
+
+    def read(name):
+        asked = call("mca", "--csv", str(out / name), "--tolerance", "0.62", "--json")
+        assert asked.code == 0, asked.err
+        return json.loads(asked.out)
+
+    again = read("measurements.csv")
     for key in ("bias_mm", "sd_mm", "pearson_r", "ccc"):
         assert again["agreement"][key] == pytest.approx(told["agreement"][key], rel=1e-9)
     assert again["repeatability"]["p_t_percent"] == pytest.approx(
         told["repeatability"]["p_t_percent"], rel=1e-9
     )
+    steps = read("steps.csv")["accuracy"]
+    assert steps["mean_abs_mm"] == pytest.approx(told["accuracy"]["mean_abs_mm"], rel=1e-9)
+    gauge = read("gauge.csv")["grr"]
+    assert gauge["grr"] == pytest.approx(told["grr"]["grr"], rel=1e-9)
+    assert gauge["operators"] == 3
+
+
+@pytest.mark.slow
+def test_only_a_set_up_that_asks_for_it_is_calibrated_anew(tmp_path):
+    file = scene_file(tmp_path, setups=SETUPS, calibration={"views": 6},
+                      schedule={"steps": 3, "runs": 2})  # fmt: skip
+    asked("mca", file, "-o", tmp_path / "out")
+    measured = [
+        json.loads(Table.open(tmp_path / "out" / "sweeps" / name).provenance["scene"])["rig"]
+        for name in ("00", "01", "02")
+    ]
+    own, anew, brighter = (one["measured"] for one in measured)
+    assert own == brighter
+    assert own != anew
 
 
 @pytest.mark.slow

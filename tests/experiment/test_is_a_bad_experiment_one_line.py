@@ -69,6 +69,22 @@ def test_an_experiment_may_stand_in_a_file_of_its_own(tmp_path):
     )
 
 
+def test_what_shows_only_with_the_scene_is_said_of_that_file_too(tmp_path):
+    file = tmp_path / "experiment.yaml"
+    file.write_text(yaml.safe_dump({"stage": {"second_direction": [0, 1, 0]}}))
+    line = refused(scene_file(tmp_path), "--experiment", file)
+    assert "experiment.yaml: stage.second_direction: is that of the first" in line
+
+
+def test_a_folder_of_another_command_stays_as_it_is(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "experiment.json").write_text('{"mine": 1}')
+    assert "holds something else (experiment.json)" in refused(scene_file(tmp_path), "-o", out)
+    (out / "experiment.json").write_text('{"made_by": "simtip budget"}')
+    assert "holds something else (simtip budget)" in refused(scene_file(tmp_path), "-o", out)
+
+
 def test_scene_and_file_do_not_go_together(tmp_path):
     scene = scene_file(tmp_path)
     assert "give SCENE or --csv FILE" in refused(scene, "--csv", "x.csv")
