@@ -42,7 +42,7 @@ Figures = dict[str, Any]
 
 def measure(folder: Path, replicates: int) -> Figures:
     """Run everything, or go on with it."""
-    scene, means = load_scene(SCENE), Means(cache=folder / "cache")
+    scene, means = load_scene(SCENE), Means(cache=folder / "cache", cache_size="60GB")
     start = time.perf_counter()
     experiment = run_experiment(scene, folder / "mca", means).to_dict()
     budget = run_budget(scene, folder / "budget", means, replicates=replicates).to_dict()
