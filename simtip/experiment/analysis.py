@@ -237,10 +237,13 @@ def analyse(spec: ExperimentSpec, measured: Sequence[Measured], axes: Array) -> 
     whole = from_start_of(own, slice(None))
     _refuse_too_few(own, whole)
     repeatability, of_errors = _repeatability(spec, own, whole, left_out)
-    agreement = assess_agreement(
-        whole.measured, whole.reference, subjects=whole.position, level=spec.level
-    )
     errors = _complete(own, own.series.laser_mm)
+    agreement = assess_agreement(
+        whole.measured,
+        whole.reference,
+        subjects=whole.position if errors is None else None,
+        level=spec.level,
+    )
     if errors is not None:
         shared = limits_of(agreement.limits, errors, spec.level)
         agreement = replace(agreement, limits=shared)
