@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 from pathlib import Path
@@ -50,3 +51,24 @@ def test_the_papers_scene_has_the_papers_rig(table_1):
     assert scene.needle.diameter_mm == pytest.approx(1.67)
     schedule = scene.experiment.schedule
     assert (schedule.steps, schedule.step_mm, schedule.runs) == (14, 2.0, 5)
+
+
+@pytest.mark.parametrize("name", ["figures", "budget"])
+def test_the_papers_tables_are_the_measured_ones(name, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    paper = importlib.import_module("paper")
+    told = json.loads(paper.STORED.read_text(encoding="utf-8"))
+    table = {"figures": paper.figures_table, "budget": paper.budget_table}[name](told)
+    assert table in paper.PAGE.read_text(encoding="utf-8")
+
+
+def test_the_papers_figures_come_out_within_a_factor_of_one_and_a_half():
+    told = json.loads((ROOT / "benchmarks" / "figures" / "paper.json").read_text())["experiment"]
+    accuracy, agreement = told["accuracy"], told["agreement"]
+    for ours, theirs in (
+        (accuracy["mean_abs_mm"], 0.2824),
+        (accuracy["max_abs_mm"], 0.3621),
+        (agreement["bias_mm"], 0.29),
+        (told["repeatability"]["p_t_percent"], 16.42),
+    ):
+        assert theirs / 1.5 < ours < theirs * 1.5
