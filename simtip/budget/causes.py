@@ -31,7 +31,7 @@ WITHOUT = {
     Cause.MISMATCH: "what then remains between apparent and true tip in each view taken away",
     Cause.NOISE: "no temporal noise of the sensor (photons, dark current, read-out)",
     Cause.RIPPLE: "every pair of images begins at the same moment of the mains",
-    Cause.DEFOCUS: "a pinhole's sharpness, with the diffraction and aberration that the lens has",
+    Cause.DEFOCUS: "a pinhole's sharpness, with the light, diffraction and aberration of the lens",
     Cause.DISTORTION: "a lens model that can hold the lens's distortion",
     Cause.CALIBRATION: "the rig as it is, or as a calibration without noise would find it",
     Cause.REFERENCE: "displacements held against the needle's true ones",

@@ -26,6 +26,7 @@ from simtip.sweep.table import Table
 
 DITHERED = "dithered:"
 FOCUS = ("rig.left.lens.focus_mm", "rig.right.lens.focus_mm")
+APERTURE = ("rig.left.lens.f_number", "rig.right.lens.f_number")
 SIDES = ("left", "right")
 
 ROUNDING_PX = 1e-6
@@ -170,17 +171,13 @@ class _Work:
     ) -> Plan:
         order = self._order
         scene = order.scene.model_copy(update={"experiment": ExperimentSpec()})
-        pinholes: list[float | None] = [None, None]
-        own = [scene.rig.left.lens.focus_mm, scene.rig.right.lens.focus_mm]
         kept = scene.detect.parameters()
-        levels = [own] if own == pinholes else [own, pinholes]
-        focuses = {path: [level[k] for level in levels] for k, path in enumerate(FOCUS)}
         spec = SweepSpec(
             scene="",
             base={"sensor.noise": noise},
             zipped=[
                 zipped_shots(shots),
-                focuses,
+                focuses(scene),
             ],
             # Each draw of the moment has its own noise as it is.
             repeats=order.replicates if noise and not ripple else 1,
@@ -189,6 +186,21 @@ class _Work:
         )
         allowed = tuple(prefix + one for one in order.allowed for prefix in ("", DITHERED))
         return Plan(spec, scene, allowed)
+
+
+def focuses(scene: SceneSpec) -> dict[str, list[float | None]]:
+    """Give the lenses as they are, and sharp: pinholes that gather as much light.
+
+    A lens that is focused near has the working f-number N (1 + m), which counts for light and for
+    diffraction; a pinhole's is N.
+    """
+    found: dict[str, list[float | None]] = {}
+    lenses = (scene.rig.left.lens, scene.rig.right.lens)
+    blurs = any(lens.focus_mm is not None for lens in lenses)
+    for lens, focus, aperture in zip(lenses, FOCUS, APERTURE, strict=True):
+        found[focus] = [lens.focus_mm, None] if blurs else [None]
+        found[aperture] = [lens.f_number, lens.working_f_number()] if blurs else [lens.f_number]
+    return found
 
 
 def _tips(row: Mapping[str, Any], true_px: Array) -> Array:

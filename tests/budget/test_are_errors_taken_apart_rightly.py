@@ -14,7 +14,7 @@ import pytest
 from simtip.budget.apparent import recession
 from simtip.budget.causes import Cause, present
 from simtip.budget.errors import Errors, Truth
-from simtip.budget.observed import Observed
+from simtip.budget.observed import Observed, focuses
 from simtip.spec.experiment import ExperimentSpec
 from simtip.spec.recalibration import RecalibrationSpec
 
@@ -173,3 +173,16 @@ def test_causes_are_those_that_the_scene_has(scene, lens_scene):
     assert {Cause.DEFOCUS, Cause.CALIBRATION} <= set(more)
     assert missing[Cause.DISTORTION] == "the lenses have none"
     assert Cause.QUANTISATION in missing
+
+
+def test_without_defocus_there_is_as_much_light(scene, lens_scene):
+    levels = focuses(lens_scene)
+    (focus, none), (own, sharp) = (
+        levels[f"rig.left.lens.{name}"] for name in ("focus_mm", "f_number")
+    )
+    lens = lens_scene.rig.left.lens
+    assert (focus, none, own) == (175.0, None, lens.f_number)
+    pinhole = lens.model_copy(update={"focus_mm": None, "f_number": sharp})
+    assert pinhole.working_f_number() == pytest.approx(lens.working_f_number())
+    assert sharp > own
+    assert focuses(scene)["rig.right.lens.focus_mm"] == [None]
