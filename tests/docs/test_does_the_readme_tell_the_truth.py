@@ -68,8 +68,8 @@ def test_every_test_that_the_docs_name_exists():
 
 
 SHORT = ExperimentSpec(
-    stage=StageSpec(stroke_mm=(6, 1, 1), origin_mm=(6, 0, 0)),
-    schedule=ScheduleSpec(steps=3, runs=2, registration=None),
+    stage=StageSpec(stroke_mm=(2, 1, 1)),
+    schedule=ScheduleSpec(steps=4, step_mm=0.5, runs=2, registration=None),
 )
 """An experiment that a region around the tip has room for."""
 
@@ -91,7 +91,9 @@ def quarter(scene: SceneSpec) -> SceneSpec:
 @pytest.mark.slow
 def test_the_commands_run_as_written(tmp_path, scene, monkeypatch):
     small = with_roi(scene, [740, 640, 160, 300], [950, 640, 160, 300])
-    small = small.model_copy(update={"experiment": SHORT})
+    # Of the needle, the region shows less than the paper's least area.
+    seen = small.detect.model_copy(update={"min_area_px": 1000})
+    small = small.model_copy(update={"experiment": SHORT, "detect": seen})
     (tmp_path / "SCENE").write_text(dump_scene(small), encoding="utf-8")
     dimmed = dump_scene(small).replace("power: 1.0", "power: 0.5", 1)
     (tmp_path / "SCENE2").write_text(dimmed, encoding="utf-8")
