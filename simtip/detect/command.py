@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import signal
 from collections.abc import Callable, Mapping, Sequence
@@ -109,7 +108,7 @@ def _require_program(template: Template, settings: Mapping[str, object]) -> None
     if shutil.which(program) is not None:
         return
     here = Path(program)
-    if not os.path.dirname(program):  # noqa: PTH120 (./x has one)
+    if here.name == program:  # not so of ./x, which lies in a folder that is named
         reason = "no such program in PATH"
         remedy = f"name it with its folder, such as ./{excerpt(program, 60)}"
     elif here.is_dir():
