@@ -33,11 +33,14 @@ class SweepFile:
         The scene it names, with its own file.
     document
         The file's plain data and line numbers.
+    at
+        Where in the document the sweep stands; () is all of it.
     """
 
     spec: SweepSpec
     scene_file: SceneFile
     document: Document
+    at: FieldPath = ()
 
     @property
     def scene(self) -> SceneSpec:
@@ -48,13 +51,13 @@ class SweepFile:
         """Give an error about a field the line that says it, in the sweep's file or its scene's."""
         if error.file is not None or error.field is None:
             return error
-        place = place_of(self.document.value, error.field)
+        place = place_of(_part(self.document, self.at), error.field)
         if place is None and error.field.startswith(f"{FIELD_PREFIX}."):
             return self.scene_file.error(error.problem, error.field, remedy=error.remedy)
         return InputError(
             error.problem,
             file=self.document.file,
-            line=self.document.line(place or ("base",)),
+            line=self.document.line((*self.at, *(place or ("base",)))),
             field=error.field,
             remedy=error.remedy,
         )
@@ -107,15 +110,40 @@ def read_sweep(path: str | Path) -> SweepFile:
             f"a sweep is a mapping of keys, not {shown(document.value)}", remedy=REMEDY
         )
     data = {key: value for key, value in document.value.items() if key != "$schema"}
+    return sweep_within(document, data, Path(path).absolute().parent)
+
+
+def sweep_within(
+    document: Document, data: dict[str, Any], folder: Path, at: FieldPath = ()
+) -> SweepFile:
+    """Check a sweep that stands in a document, and read its scene.
+
+    Parameters
+    ----------
+    document
+        That it stands in.
+    data
+        What a sweep's file would hold.
+    folder
+        From which the files that it names count.
+    at
+        Where in the document it stands.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong first, with its line and dotted field.
+    """
     try:
         spec = SweepSpec.model_validate_json(json.dumps(data, allow_nan=False), strict=True)
     except ValidationError as error:
-        raise _said(document, error) from None
+        raise _said(document, error, at) from None
     except ValueError as error:
         place = next(_not_finite(data, ()), ())
-        raise document.error("is no number", place, remedy="give a finite number") from error
-    folder = Path(path).absolute().parent
-    return SweepFile(_beside(folder, spec), read_scene(folder / spec.scene), document)
+        raise document.error(
+            "is no number", (*at, *place), remedy="give a finite number"
+        ) from error
+    return SweepFile(_beside(folder, spec), read_scene(folder / spec.scene), document, at)
 
 
 def _not_finite(value: Any, path: FieldPath) -> Iterator[FieldPath]:
@@ -145,20 +173,28 @@ def _beside(folder: Path, spec: SweepSpec) -> SweepSpec:
     return spec.model_copy(update={"base": base, "factors": factors, "zipped": zipped})
 
 
-def _said(document: Document, error: ValidationError) -> InputError:
+def _part(document: Document, at: FieldPath) -> Any:
+    value: Any = document.value
+    for key in at:
+        value = value[key]
+    return value
+
+
+def _said(document: Document, error: ValidationError, at: FieldPath) -> InputError:
     found = error.errors(include_url=False)
     first = min(found, key=_oddness)
     path = tuple(part for part in first["loc"] if not _is_branch(part))
     refusal = first.get("ctx", {}).get("error")
     if isinstance(refusal, InputError):
         inner = undotted(refusal.field) if refusal.field else ()
-        place = None if path else place_of(document.value, refusal.field or "")
-        return document.error(refusal.problem, place or (*path, *inner), remedy=refusal.remedy)
+        place = None if path else place_of(_part(document, at), refusal.field or "")
+        place = place or (*path, *inner)
+        return document.error(refusal.problem, (*at, *place), remedy=refusal.remedy)
     said = {"extra_forbidden": "is no key of a sweep", "missing": "is missing"}
     problem = said.get(first["type"]) or first["msg"].replace("Input should ", "has to ")
     if first["type"] not in said:
         problem += f", not {shown(first['input'])}"
-    return document.error(_lower(problem), path, remedy=_remedy(path))
+    return document.error(_lower(problem), (*at, *path), remedy=_remedy(path))
 
 
 def _oddness(error: Any) -> int:
