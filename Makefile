@@ -1,10 +1,12 @@
-# `make demo` runs the main job, `make test` the tests; both make their own .venv first.
+# `make demo` runs the main job, `make test` the tests, `make docs` builds the site in site/; each
+# makes its own .venv first.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/demo
+SITE := site
 
-.PHONY: demo test lint check clean
+.PHONY: demo test lint docs check clean
 
 demo: $(VENV)/.simtip
 	rm -rf $(OUT)
@@ -19,7 +21,11 @@ lint: $(VENV)/.simtip-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-check: lint test
+# What mkdocs says of its own future is no fault of a page.
+docs: $(VENV)/.simtip-test
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --site-dir $(SITE)
+
+check: lint docs test
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
@@ -35,4 +41,4 @@ $(VENV)/.simtip-test: pyproject.toml | $(VENV)/bin/python
 	@touch $@ $(VENV)/.simtip
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out $(SITE)
