@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,9 @@ from schema_tables import schema_page
 from simtip.regress.suite import SuiteSpec
 from simtip.scene_file import scene_schema
 from simtip.sweep.spec import SweepSpec
+
+LISTED = re.compile(r"^\*\*Commands\*\*:\n\n(?:\* .*\n)+", re.MULTILINE)
+"""Lists of commands with their help cut short: the page's own contents list them."""
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -41,4 +45,5 @@ def command_line() -> str:
     """Give every command's help, as Typer writes it."""
     words = [sys.executable, "-m", "typer", "simtip.cli", "utils", "docs", "--name", "simtip"]
     told = subprocess.run(words, capture_output=True, text=True, check=True).stdout  # noqa: S603
-    return told.replace("# `simtip`", "# Command line", 1).replace("```console", "```text")
+    named = told.replace("# `simtip`", "# Command line", 1).replace("```console", "```text")
+    return LISTED.sub("", named)

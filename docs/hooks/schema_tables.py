@@ -37,9 +37,10 @@ def where_used(schema: Schema) -> dict[str, list[str]]:
         for key, field in part.get("properties", {}).items():
             for name in referred(field):
                 target = schema["$defs"][name]
-                kind = target["properties"].get("kind", {}).get("const")
-                at = f"{place}{key}" + (f": {kind}" if kind else "")
-                places.setdefault(name, []).append(at)
+                variant = target["properties"].get("kind", {}).get("const")
+                at = f"{place}{key}" + (f": {variant}" if variant else "")
+                if at not in places.setdefault(name, []):
+                    places[name].append(at)
                 walk(target, f"{place}{key}.")
 
     walk(schema, "")
