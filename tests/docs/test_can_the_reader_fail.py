@@ -109,5 +109,5 @@ def test_a_file_shown_is_checked_as_what_it_is(text, kind, tmp_path):
     for right, wrong in (("roll_deg", "rol_deg"), ("name: a", "nam: a")):
         (block,) = page(shown("yaml", text.replace(right, wrong)))
         if right in text:
-            with pytest.raises(Exception, match="roll_deg|name"):
+            with pytest.raises(Exception, match=r"roll_deg|name"):
                 shown_files.check(block, tmp_path)

@@ -1,16 +1,12 @@
-"""Do the commands and files of docs/sweeps.md work as written, and the example sweeps?"""
+"""Are the sweep of docs/sweeps.md, and the example sweeps, as large as they should be?"""
 
 from __future__ import annotations
 
 import re
-import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-import yaml
 
 from simtip.sweep.plan import Plan
 from simtip.sweep.sweep_file import read_sweep
@@ -56,24 +52,3 @@ def test_the_sweep_file_shown_is_one(tmp_path):
     (folder / "shown.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
     plan = plan_of(folder / "shown.yaml")
     assert len(plan) == 6 * 5 * 2 * 2 * 3 * 3
-
-
-@pytest.mark.slow
-def test_the_commands_run_as_written(tmp_path, monkeypatch):
-    """On the scene's needle tip alone, for the whole scene takes a minute."""
-    scenes = tmp_path / "scenes"
-    (scenes / "sweeps").mkdir(parents=True)
-    scene = yaml.safe_load((ROOT / "scenes" / "01_single_tip.yaml").read_text(encoding="utf-8"))
-    scene["rig"]["left"]["roi"] = [740, 640, 160, 300]
-    scene["rig"]["right"]["roi"] = [950, 640, 160, 300]
-    scene["render"] = {"noise": None, "samples": 16}
-    (scenes / "01_single_tip.yaml").write_text(yaml.safe_dump(scene), encoding="utf-8")
-    shutil.copy(EXAMPLES[0], scenes / "sweeps")
-    monkeypatch.setenv("SIMTIP_CACHE", str(tmp_path / "cache"))
-    lines = [shlex.split(line, comments=True) for line in blocks("sh")[0].splitlines()]
-    for line in lines:
-        assert line[0] == "simtip"
-        command = [sys.executable, "-m", *line]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{line}: {done.stderr}"
-    assert (tmp_path / "few.csv").read_text(encoding="utf-8").count("\n") > 100

@@ -41,7 +41,9 @@ def folder(tmp_path):
 
 
 def test_every_block_is_of_a_kind_that_is_checked():
-    assert {block.place: block.language for block in BLOCKS if block.language not in LANGUAGES} == {}
+    assert {
+        block.place: block.language for block in BLOCKS if block.language not in LANGUAGES
+    } == {}
 
 
 def test_what_is_not_run_is_listed_here():
