@@ -30,6 +30,7 @@ FOLDERS = {
     "scenes/paper": "files/paper_scene.md",
     "scenes/sweeps": "files/sweeps.md",
     "examples/detectors": "files/detectors.md",
+    "simtip/regress/standard": "files/standard_suite.md",
 }
 """Page of the site by folder of the repository."""
 

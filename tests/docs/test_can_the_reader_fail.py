@@ -8,7 +8,7 @@ import pytest
 import shown_files
 from pages import Block, blocks_in
 from reader import read
-from shell import lines_of
+from shell import Line, lines_of
 
 
 def page(*blocks: str) -> list[Block]:
@@ -39,10 +39,15 @@ def test_a_block_that_is_not_closed_is_told():
 
 def test_lines_are_split_as_a_shell_does():
     text = "simtip run 'a b' \\\n  --json > out.json  # so\n\nsimtip cache"
-    assert lines_of(text) == [
-        ["simtip", "run", "a b", "--json", ">", "out.json"],
-        ["simtip", "cache"],
-    ]
+    first, second = lines_of(text)
+    assert first == Line(["simtip", "run", "a b", "--json", ">", "out.json"])
+    assert (first.into, second.words, second.into) == ("out.json", ["simtip", "cache"], None)
+
+
+def test_a_command_that_is_meant_to_fail_has_to(tmp_path):
+    read(page(shown("sh", "simtip run none.yaml  # exit code 2: there is no such file")), tmp_path)
+    with pytest.raises(AssertionError, match="exit code 0"):
+        read(page(shown("sh", "simtip --version  # exit code 1")), tmp_path)
 
 
 @pytest.mark.parametrize("line", ["simtip a | b", "simtip a && simtip b", "simtip > a b", "a < b"])

@@ -15,8 +15,8 @@ MARKDOWN = [*PAGES, ROOT / "CHANGELOG.md"]
 
 def test_every_command_is_shown():
     blocks = [block for block in blocks_of(ROOT / "README.md") if block.language == "sh"]
-    lines = [line for block in blocks for line in shell.lines_of(block.text)]
-    assert {line[1] for line in lines if line[0] == "simtip"} == {
+    lines = [line.words for block in blocks for line in shell.lines_of(block.text)]
+    assert {words[1] for words in lines if words[0] == "simtip"} == {
         *(command.name or command.callback.__name__ for command in app.registered_commands),
         *(group.name for group in app.registered_groups),
     }

@@ -69,16 +69,18 @@ def test_every_kind_of_file_is_shown_somewhere(folder):
 
 
 def test_every_program_shown_is_a_file_that_a_command_compiles():
-    compiled = [line for block in of("sh") for line in shell.lines_of(block.text) if "c++" in line]
+    lines = [line.words for block in of("sh") for line in shell.lines_of(block.text)]
+    compiled = [words for words in lines if words[0] == "c++"]
     for block in of("cpp"):
-        assert any(block.file in line for line in compiled), block.place
+        assert any(block.file in words for words in compiled), block.place
 
 
 @pytest.mark.parametrize("block", of("sh"), ids=place)
 def test_every_command_shown_exists_and_has_these_options(block):
     if block.not_run:
         return
-    for words in shell.lines_of(block.text):
+    for line in shell.lines_of(block.text):
+        words = line.words
         assert words[0] in shell.COMMANDS, f"{block.place}: {words[0]}"
         if words[0] == "simtip":
             wrong = [word for word in words if is_option(word) and word not in options(words)]
@@ -102,8 +104,8 @@ def options(words: list[str]) -> set[str]:
 
 @cache
 def commands_shown() -> frozenset[str]:
-    lines = [line for block in of("sh") for line in shell.lines_of(block.text)]
-    return frozenset(line[1] for line in lines if line[0] == "simtip")
+    lines = [line.words for block in of("sh") for line in shell.lines_of(block.text)]
+    return frozenset(words[1] for words in lines if words[0] == "simtip")
 
 
 def test_every_command_there_is_is_shown_somewhere():
