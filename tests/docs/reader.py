@@ -12,7 +12,9 @@ from typing import Any
 import shell
 import yaml
 from pages import ROOT, Block
-from small_scenes import copy_scenes
+from small_scenes import copy_scenes, quarter
+
+from simtip.scene_file import dump_scene, load_scene
 
 SCENE = "scenes/01_single_tip.yaml"
 
@@ -34,7 +36,9 @@ def furnish(folder: Path) -> None:
     (folder / "CSV").write_text(measurements(), encoding="utf-8")
     for name in ("needle.csv", "gauge.csv"):
         shutil.copy(folder / "CSV", folder / name)
-    answer = shell.call("render", str(folder / SCENE), "-o", str(folder / "seen"))
+    whole = dump_scene(quarter(load_scene(ROOT / SCENE)))
+    (folder / "whole.yaml").write_text(whole, encoding="utf-8")
+    answer = shell.call("render", str(folder / "whole.yaml"), "-o", str(folder / "seen"))
     assert answer.code == 0, answer.err
     for name, of in (("left", "left"), ("right", "right"), ("photo", "left")):
         shutil.copy(folder / "seen" / f"{of}.png", folder / f"{name}.png")

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from asked import Answer, call
@@ -18,6 +19,8 @@ from simtip.scene_file import dump_scene, load_scene
 
 PLACEHOLDER = re.compile(r"DIR\d?")
 """Names of folders that stand for any new one."""
+WRITTEN = {"-o", "--overlay"}
+"""Options that name a new folder."""
 
 EXIT_CODE = re.compile(r"#.*\bexit code (\d)")
 """What a comment says of a command that is meant to fail."""
@@ -25,8 +28,8 @@ EXIT_CODE = re.compile(r"#.*\bexit code (\d)")
 VIEWS = "4"
 """Of calibration boards, in place of those that a page asks of scenes/."""
 
-WHOLE = {"boards", "kalibr"}
-"""Words of commands that want whole images, of fewer pixels, and not a region of them."""
+WHOLE = {"boards", "rig"}
+"""Commands that want whole images, of fewer pixels, and not a region of them."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +82,8 @@ def run(block: Block, folder: Path) -> str:
 def simtip(words: list[str], folder: Path) -> Answer:
     """Call simtip in this process."""
     words = smaller(words, folder)
-    if "-o" in words:
-        out = words[words.index("-o") + 1]
-        if PLACEHOLDER.fullmatch(out):
+    for option, out in pairwise(words):
+        if option in WRITTEN and PLACEHOLDER.fullmatch(out):
             shutil.rmtree(folder / out, ignore_errors=True)
     return call(*words[1:])
 
@@ -90,7 +92,7 @@ def smaller(words: list[str], folder: Path) -> list[str]:
     """Ask for less of what takes long: fewer views, samples and replicates."""
     words = list(words)
     of_ours = words[2:] and (words[2] == "SCENE" or words[2].startswith("scenes/"))
-    if WHOLE & set(words) and of_ours:
+    if words[1] in WHOLE and of_ours:
         name = "scenes/01_single_tip.yaml" if words[2] == "SCENE" else words[2]
         whole = folder / "whole.yaml"
         whole.write_text(dump_scene(quarter(load_scene(ROOT / name))), encoding="utf-8")
