@@ -67,7 +67,37 @@ def test_an_interval_is_students_over_replicates():
     values = {frozenset(): np.zeros((4, 1)), frozenset([0]): np.array([[1.0], [2], [3], [4]])}
     found = split(values, 1, 0.95)
     half = 3.182446305 * np.std([1, 2, 3, 4], ddof=1) / 2
-    assert found.shapley[0] == pytest.approx([2.5, 2.5 - half, 2.5 + half])
+    assert found.shapley[0] == pytest.approx([2.5, 2.5 - half, 2.5 * np.exp(half / 2.5)])
+    assert found.total == pytest.approx([2.5, 2.5 * np.exp(-half / 2.5), 2.5 * np.exp(half / 2.5)])
+    moved = {frozenset(): np.zeros((4, 1)), frozenset([0]): np.array([[-1.0], [0], [1], [2]])}
+    found = split(moved, 1, 0.95)
+    assert found.shapley[0] == pytest.approx([0.5, 0.5 - half, 0.5 + half])
+
+
+def square(error):
+    return (error**2).sum(axis=-1)
+
+
+@pytest.mark.parametrize("kind", ["calibration", "places", "all", "offset", "share", "alone"])
+def test_intervals_of_squares_hold_the_mean(kind):
+    """Square errors are skewed; a square of one normal number, drawn five times, is the worst."""
+    rng, held, tries = np.random.default_rng(7), 0, 2000
+    for _ in range(tries):
+        place, draw, own = (rng.normal(size=shape) for shape in ((1, 15, 3), (5, 1, 3), (5, 15, 3)))
+        values, true = {
+            "calibration": lambda: (square(draw + 0.1 * own), 3.03),  # noqa: B023
+            "places": lambda: (square(place + 0.1 * own), 3.03),  # noqa: B023
+            "all": lambda: (square(place + draw + own), 9.0),  # noqa: B023
+            "offset": lambda: (square([2, 0, 0] + 0.5 * draw + 0.3 * own), 5.02),  # noqa: B023
+            "share": lambda: (  # noqa: B023
+                square(place + 0.5 * draw + 0.3 * own) - square(0.5 * draw + 0.3 * own),
+                3.0,
+            ),
+            "alone": lambda: (square(draw + 0.1 * own) - square(0.1 * own), 3.0),  # noqa: B023
+        }[kind]()
+        _, low, high = grand_mean(values, 0.95, squares=kind not in {"share", "alone"})
+        held += low <= true <= high
+    assert 0.925 < held / tries < 0.985
 
 
 @pytest.mark.parametrize(
