@@ -78,24 +78,26 @@ def square(error):
     return (error**2).sum(axis=-1)
 
 
-@pytest.mark.parametrize("kind", ["calibration", "places", "all", "offset", "share", "alone"])
+SQUARES = {
+    "calibration": (lambda _, draw, own: square(draw + 0.1 * own), 3.03),
+    "places": (lambda place, _, own: square(place + 0.1 * own), 3.03),
+    "all": (lambda place, draw, own: square(place + draw + own), 9.0),
+    "offset": (lambda _, draw, own: square([2, 0, 0] + 0.5 * draw + 0.3 * own), 5.02),
+}
+DIFFERENCES = {
+    "share": (lambda place, draw, _: square(place + 0.5 * draw) - square(0.5 * draw), 3.0),
+    "alone": (lambda _, draw, own: square(draw + 0.1 * own) - square(0.1 * own), 3.0),
+}
+
+
+@pytest.mark.parametrize("kind", [*SQUARES, *DIFFERENCES])
 def test_intervals_of_squares_hold_the_mean(kind):
     """Square errors are skewed; a square of one normal number, drawn five times, is the worst."""
+    made, true = (SQUARES | DIFFERENCES)[kind]
     rng, held, tries = np.random.default_rng(7), 0, 2000
     for _ in range(tries):
-        place, draw, own = (rng.normal(size=shape) for shape in ((1, 15, 3), (5, 1, 3), (5, 15, 3)))
-        values, true = {
-            "calibration": lambda: (square(draw + 0.1 * own), 3.03),  # noqa: B023
-            "places": lambda: (square(place + 0.1 * own), 3.03),  # noqa: B023
-            "all": lambda: (square(place + draw + own), 9.0),  # noqa: B023
-            "offset": lambda: (square([2, 0, 0] + 0.5 * draw + 0.3 * own), 5.02),  # noqa: B023
-            "share": lambda: (  # noqa: B023
-                square(place + 0.5 * draw + 0.3 * own) - square(0.5 * draw + 0.3 * own),
-                3.0,
-            ),
-            "alone": lambda: (square(draw + 0.1 * own) - square(0.1 * own), 3.0),  # noqa: B023
-        }[kind]()
-        _, low, high = grand_mean(values, 0.95, squares=kind not in {"share", "alone"})
+        errors = [rng.normal(size=shape) for shape in ((1, 15, 3), (5, 1, 3), (5, 15, 3))]
+        _, low, high = grand_mean(made(*errors), 0.95, squares=kind in SQUARES)
         held += low <= true <= high
     assert 0.925 < held / tries < 0.985
 
