@@ -45,7 +45,8 @@ def show_experiment(result: dict[str, Any]) -> None:
         f"{100 * seen['rate']:.4g} % with a tip{failed}; lengths in mm",
     )
     _analyses(console, result)
-    _table(console, "position: measured - true", _percent(result), _position(result))
+    title = f"position: measured - true, in the {result['position']['frame']}'s frame"
+    _table(console, title, _percent(result), _position(result))
     frame = result["registration"]
     if frame is not None:
         error = frame["position_error_mm"]

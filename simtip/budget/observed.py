@@ -74,6 +74,8 @@ class Order:
         Draws of the noise.
     allowed
         A detector that is a program or a module, which the caller is willing to run.
+    retry_failed
+        Whether measurements that failed are tried again.
     """
 
     scene: SceneSpec
@@ -83,6 +85,7 @@ class Order:
     start_s: Array | None
     replicates: int
     allowed: tuple[str, ...] = ()
+    retry_failed: bool = False
 
 
 def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) -> Observed:
@@ -138,7 +141,9 @@ class _Work:
         make_folder(folder.parent)
         self._said(f"{name.replace('_', ', ')}: {len(plan)} measurements")
         setup = prepare(plan, self._means)
-        self.counts.update(carry_out(plan, setup, folder, self._means).counts)
+        again = self._order.retry_failed
+        tally = carry_out(plan, setup, folder, self._means, retry_failed=again)
+        self.counts.update(tally.counts)
         rows = Table.open(folder).by_trial()
         where = {one: divmod(k, len(self._order.tips_mm)) for k, one in enumerate(shots)}
         draws = max(plan.spec.repeats, len(shots) // len(self._order.tips_mm))

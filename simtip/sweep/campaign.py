@@ -16,12 +16,11 @@ from simtip.sweep.pool import Pool
 from simtip.sweep.progress import progress
 from simtip.sweep.resuming import alone, as_json, open_table
 from simtip.sweep.running import run_sweep
-from simtip.sweep.sizes import parse_size
+from simtip.sweep.sizes import USUAL_SIZE, parse_size
 from simtip.sweep.speeds import keep_speeds
 from simtip.sweep.tally import Tally
 from simtip.sweep.work import Job, Setup, run_job
 
-USUAL_SIZE = "20GB"
 USUAL_LIMIT_S = 300.0
 
 
