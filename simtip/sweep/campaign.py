@@ -56,6 +56,16 @@ class Means:
         """How many processes of this machine there would be."""
         return self.workers or cores()
 
+    def pool(self) -> Pool:
+        """Make a pool for several sweeps, one after the other, to be closed after the last.
+
+        Raises
+        ------
+        InputError
+            See `Pool`.
+        """
+        return Pool(self.local_workers, self.scheduler, lasting=True)
+
 
 def cores() -> int:
     """Give how many cores this process may use."""
@@ -135,8 +145,9 @@ def carry_out(
         )
     try:
         with alone(out):
-            pool.get_ready(run_job, Job(setup, ()))
             table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
+            if not done.all():
+                pool.get_ready(run_job, Job(setup, ()))
             table.compact()
             with progress(len(plan)) as report:
                 tally = run_sweep(
