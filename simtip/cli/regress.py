@@ -1,4 +1,4 @@
-"""`simtip regress`: has a detector become worse?"""
+"""`simtip regress`: whether a detector has become worse."""
 
 from __future__ import annotations
 
@@ -46,9 +46,7 @@ regress = typer.Typer(help="Has a detector become worse? Record a baseline, chec
 
 @regress.command("record")
 def record_baseline(
-    suite: Annotated[
-        str, typer.Argument(metavar="SUITE", help="Suite file (YAML), or standard.")
-    ],
+    suite: Annotated[str, typer.Argument(metavar="SUITE", help="Suite file (YAML), or standard.")],
     out: Annotated[
         Path, typer.Option("-o", "--out", parser=named, metavar="BASELINE", help="A new file.")
     ],

@@ -58,12 +58,13 @@ class Pair:
             Along and across the needle, else u and v.
         """
         marks = self.gross
-        kept = [
-            s.seen(view) & ~mark[:, view]
+        kept: list[NDArray[np.bool_]] = [
+            np.asarray(s.seen(view) & ~mark[:, view])
             for s, mark in zip((self.before, self.after), marks, strict=True)
         ]
         if self.paired:
-            kept = [kept[0] & kept[1]] * 2
+            both = np.asarray(kept[0] & kept[1])
+            kept = [both, both]
         values = [s.needle_px if needle else s.error_px for s in (self.before, self.after)]
         return values[0][kept[0], view], values[1][kept[1], view]
 
@@ -109,9 +110,7 @@ def rate_change(kind: str, before: float, after: float, told: Tested, tolerance:
     )
 
 
-def _shift(
-    pair: Pair, view: int, axis: int, x: Array, y: Array, tolerance: Tolerance
-) -> Change:
+def _shift(pair: Pair, view: int, axis: int, x: Array, y: Array, tolerance: Tolerance) -> Change:
     told = paired_t(y - x, FLOOR_PX) if pair.paired else rank_sum(x, y)
     least = max(tolerance.bias_px, tolerance.bias_sigma * deviation(x))
     before, after = float(x.mean()), float(y.mean())

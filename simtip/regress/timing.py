@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from simtip.errors import InputError
 from simtip.measuring_rig import measuring_rig
-from simtip.regress.performed import Observed, Planned
+from simtip.regress.performed import Observed
 from simtip.sweep.pool import Pool, stop
 from simtip.sweep.work import Setup, workshop
 from simtip.trial import measured
 
 CONDITIONS = 3
-BLOCKS = 15
-FEWEST_BLOCKS = 5
-BLOCK_S = 0.04
+BLOCKS = 41
+FEWEST_BLOCKS = 7
+BLOCK_S = 0.02
 BUDGET_S = 8.0
 """Of a condition: a slow detector is timed in fewer blocks."""
 
@@ -57,8 +57,19 @@ class Ratio:
     scatter: float
 
 
-def timed_conditions(cases: Sequence[Planned], observed: Sequence[Sequence[Observed]]) -> list[tuple[int, int]]:
-    """Choose conditions to time: with tips, the first three of the quicker half."""
+def timed_conditions(observed: Sequence[Sequence[Observed]]) -> list[tuple[int, int]]:
+    """Choose conditions to time: with tips, the first three of the quicker half.
+
+    Parameters
+    ----------
+    observed
+        Of every case the conditions.
+
+    Returns
+    -------
+    places
+        Numbers of case and condition.
+    """
     known = [
         (one.detect_s, place, k)
         for place, conditions in enumerate(observed)
@@ -97,9 +108,7 @@ def ratio_of(asked: Asked) -> Ratio:
     plan, stages = workshop(asked.setup)
     trial = plan.trial(asked.trial)
     shot, truth = stages.shot(trial), stages.truth(trial)
-    spec = plan.scenes.with_values(trial.values).model_copy(
-        update={"detect": trial.measuring.spec}
-    )
+    spec = plan.scenes.with_values(trial.values).model_copy(update={"detect": trial.measuring.spec})
     detector, rig = trial.measuring.configured(spec), measuring_rig(spec)
 
     def detect() -> float:
@@ -111,7 +120,7 @@ def ratio_of(asked: Asked) -> Ratio:
 
 def reference_operation() -> Callable[[], float]:
     """Give the operation that is the unit of time: it filters, sorts and transforms a picture."""
-    picture = np.random.default_rng(20).integers(0, 256, (384, 384), dtype=np.uint8)
+    picture = np.random.default_rng(20).integers(0, 256, (256, 256), dtype=np.uint8)
     wide: NDArray[np.float32] = picture.astype(np.float32)
 
     def operate() -> float:

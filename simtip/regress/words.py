@@ -65,7 +65,10 @@ class Said:
 
 
 def said_of(
-    compared: Compared, pairs: Mapping[str, Pair], failed: Mapping[str, Mapping[str, int]], tolerance: Tolerance
+    compared: Compared,
+    pairs: Mapping[str, Pair],
+    failed: Mapping[str, Mapping[str, int]],
+    tolerance: Tolerance,
 ) -> list[Said]:
     """Say what changed.
 
@@ -109,8 +112,7 @@ def _detections(
                 pooled.state,
                 DETECTION,
                 (),
-                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, "
-                f"{_p(pooled.p)}",
+                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, {_p(pooled.p)}",
             )
         )
     for state in ORDER:
@@ -144,9 +146,7 @@ def _counts(pair: Pair, failed: Mapping[str, int]) -> str:
     return text
 
 
-def _shifts(
-    compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolerance
-) -> list[Said]:
+def _shifts(compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolerance) -> list[Said]:
     told = {
         name: [one for one in changes if one.kind == SHIFT and one.state != SAME]
         for name, changes in compared.conditions.items()
@@ -164,8 +164,8 @@ def _shifts(
         state = worst(states)
         text = f"tip moved by {_both(common)}, in {len(alike)} of {len(pairs)} conditions"
         rest = {name: changes for name, changes in told.items() if name not in alike}
-        return [Said(state, SHIFT, tuple(alike), text), *_single_shifts(rest, vectors)]
-    lines = _single_shifts(told, vectors)
+        return [Said(state, SHIFT, tuple(alike), text), *_single_shifts(rest)]
+    lines = _single_shifts(told)
     needle = [one for one in pooled if one.axis in ("along", "across")] or pooled
     if needle:
         parts = [f"{one.change:+.2f} px {one.axis} {_in(one)}" for one in needle]
@@ -186,7 +186,7 @@ def _in(one: Change) -> str:
 
 
 def _single_shifts(
-    told: Mapping[str, Sequence[Change]], vectors: Mapping[str, Array]
+    told: Mapping[str, Sequence[Change]],
 ) -> list[Said]:
     lines = []
     for state in (WORSE, UNTOLD, MOVED, BETTER):
@@ -296,5 +296,3 @@ def _few(parts: Sequence[str]) -> str:
 
 def _p(p: float) -> str:
     return f"p = {p:.1g}" if p >= 1e-12 else "p < 1e-12"
-
-
