@@ -71,10 +71,11 @@ class Pair:
     @property
     def outliers(self) -> tuple[Array, Array]:
         """Trials with an outlier in any view, 0 or 1; of those with a tip in any view."""
-        found = []
+        found: list[NDArray[np.bool_]] = []
         for sample, marks in zip((self.before, self.after), self.gross, strict=True):
             seen = sample.seen(0) | sample.seen(1)
-            found.append(marks.any(axis=1)[seen if not self.paired else slice(None)])
+            far = np.asarray(marks.any(axis=1))
+            found.append(far if self.paired else far[seen])
         return found[0].astype(np.float64), found[1].astype(np.float64)
 
 
