@@ -44,8 +44,8 @@ def pooled_changes(pairs: Sequence[Pair], tolerance: Tolerance) -> tuple[Change,
         for axis in range(2):
             found += _shifts(pairs, view, axis, paired, tolerance)
             found += _spreads(pairs, view, axis, paired, tolerance)
-    marks = [tuple(s.found.astype(np.float64) for s in (p.before, p.after)) for p in pairs]
-    return _rate(DETECTION, [(x, y) for x, y in marks], paired, tolerance), found
+    detected = [(pair.before.detected, pair.after.detected) for pair in pairs]
+    return _rate(DETECTION, detected, paired, tolerance), found
 
 
 def _rate(kind: str, strata: Strata, paired: bool, tolerance: Tolerance) -> Change:

@@ -91,7 +91,9 @@ def said_of(
         *_spreads(compared),
         *_outliers(compared),
     ]
-    return sorted(lines, key=lambda line: ORDER.index(line.state))
+    sure = {line.kind for line in lines if line.state == WORSE}
+    told = [line for line in lines if line.state != UNTOLD or line.kind not in sure]
+    return sorted(told, key=lambda line: ORDER.index(line.state))
 
 
 def _detections(
@@ -135,12 +137,25 @@ def _how_many(pairs: Mapping[str, Pair], *, paired: bool) -> str:
         )
     lost, gained = int((before & ~after).sum()), int((~before & after).sum())
     share = 100 * abs(lost - gained) / len(before)
-    return f"{share:.1f} % of {len(before)} pairs ({lost} lost, {gained} gained)"
+    tips = [_tips(pair) for pair in pairs.values()]
+    return (
+        f"{share:.1f} % of {len(before)} pairs ({lost} lost, {gained} gained), "
+        f"{sum(gone for gone, _ in tips)} of {sum(seen for _, seen in tips)} tips in images"
+    )
+
+
+def _tips(pair: Pair) -> tuple[int, int]:
+    """Give how many tips in images are no longer seen, and of how many."""
+    before, after = (np.stack([s.seen(0), s.seen(1)]) for s in (pair.before, pair.after))
+    return int((before & ~after).sum()), int(before.sum())
 
 
 def _counts(pair: Pair, failed: Mapping[str, int]) -> str:
     before, after = int(pair.before.found.sum()), int(pair.after.found.sum())
     text = f"{before} of {len(pair.before)} before, {after} of {len(pair.after)} now"
+    if before == after:
+        tips = [int(s.seen(0).sum() + s.seen(1).sum()) for s in (pair.before, pair.after)]
+        return f"tips in images: {tips[0]} before, {tips[1]} now"
     if after < before and failed:
         text += f": {max(failed, key=lambda status: failed[status])}"
     return text
