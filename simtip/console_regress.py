@@ -12,6 +12,9 @@ from simtip.regress.baseline import Baseline
 from simtip.regress.change import BETTER, MOVED, SAME, UNTOLD, WORSE
 from simtip.regress.compared import ORDER
 
+MOST_ROWS = 12
+"""Of the table; all are in ``--json``."""
+
 STYLES = {WORSE: "bold red", UNTOLD: "yellow", MOVED: "cyan", BETTER: "green", SAME: ""}
 
 
@@ -54,30 +57,31 @@ def show_baseline(baseline: Baseline, what: str) -> None:
 
 
 def _table(conditions: list[dict[str, Any]]) -> Table:
-    table = Table(title="conditions that changed, px")
-    for heading, side in (
-        ("condition", "left"),
-        ("state", "left"),
-        ("what", "left"),
-        ("before", "right"),
-        ("after", "right"),
-        ("tolerance", "right"),
-        ("p", "right"),
-    ):
-        table.add_column(heading, justify="right" if side == "right" else "left")
-    for one in sorted(conditions, key=lambda one: ORDER.index(one["state"])):
-        for test in one["tests"]:
-            if test["state"] != SAME:
-                table.add_row(
-                    Text(one["name"]),
-                    Text(test["state"], style=STYLES[test["state"]]),
-                    f"{test['kind']} {test['view']} {test['axis']}".strip(),
-                    _number(test["before"]),
-                    _number(test["after"]),
-                    f"{test['tolerance']:.3g}",
-                    f"{test['p']:.1g}",
-                )
+    """Give a line a condition, with the surest change of each kind."""
+    table = Table(title="conditions that changed, the worst first")
+    for heading in ("condition", "state", "found", "moved, px", "spread, px"):
+        table.add_column(heading, overflow="fold")
+    ordered = sorted(conditions, key=lambda one: ORDER.index(one["state"]))
+    for one in ordered[:MOST_ROWS]:
+        before, after = one["before"]["found"], one["after"]["found"]
+        table.add_row(
+            Text(one["name"]),
+            Text(one["state"], style=STYLES[one["state"]]),
+            f"{before.count('1')} -> {after.count('1')} of {len(after)}",
+            _surest(one, "shift"),
+            _surest(one, "spread"),
+        )
+    if len(ordered) > MOST_ROWS:
+        table.add_row(f"and {len(ordered) - MOST_ROWS} more", "", "", "", "")
     return table
+
+
+def _surest(one: dict[str, Any], kind: str) -> str:
+    mine = [test for test in one["tests"] if test["kind"] == kind and test["state"] != SAME]
+    if not mine:
+        return ""
+    test = min(mine, key=lambda test: (ORDER.index(test["state"]), test["p"]))
+    return f"{test['view']} {test['axis']} {test['before']:.2f} -> {test['after']:.2f}"
 
 
 def _power(result: dict[str, Any]) -> str:
@@ -109,10 +113,6 @@ def _time(told: dict[str, Any] | None) -> str:
     if told["ratio"] is None:
         return "time: could not be told"
     return f"time: x {told['ratio']:.2f} (x {told['tolerance']:g} counts)"
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
 
 
 def _line(console: Console, text: str) -> None:

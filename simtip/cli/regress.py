@@ -1,4 +1,4 @@
-"""`simtip regress`: has a detector become worse?"""
+"""`simtip regress`: whether a detector has become worse."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 from simtip.regress.sample import VIEWS, Sample
 from simtip.regress.tolerance import Tolerance
 
-FORMAT = "simtip baseline"
-VERSION = 1
+FORMAT: Literal["simtip baseline"] = "simtip baseline"
+VERSION: Literal[1] = 1
 
 DIGITS = 4
 """Decimals of errors, px."""
@@ -63,9 +63,7 @@ class ConditionResult(Part):
             one: ViewResult = getattr(self, view)
             for values in (one.u, one.v):
                 if len(values) != len(self.found):
-                    raise ValueError(  # noqa: TRY004 (pydantic asks for it)
-                        f"{view} has {len(values)} errors of {len(self.found)} trials"
-                    )
+                    raise ValueError(f"{view} has {len(values)} errors of {len(self.found)} trials")
             if any((a is None) != (b is None) for a, b in zip(one.u, one.v, strict=True)):
                 raise ValueError(f"{view} has a u without a v")
         return self
@@ -117,9 +115,7 @@ class TimedCondition(Part):
     case: Name
     condition: Name
     ratio: Annotated[float, Field(gt=0, le=1e9)]
-    scatter: Annotated[
-        float, Field(ge=0, le=1e9, description="Standard error of its logarithm.")
-    ]
+    scatter: Annotated[float, Field(ge=0, le=1e9, description="Standard error of its logarithm.")]
 
 
 class Accepted(Part):
@@ -134,8 +130,8 @@ class Accepted(Part):
 class Baseline(Part):
     """All of a baseline's file but its checksum."""
 
-    format: Literal["simtip baseline"]
-    version: Literal[1]
+    format: Literal["simtip baseline"] = FORMAT
+    version: Literal[1] = VERSION
     suite: SuiteReference
     detector: DetectorReference
     made_with: Versions

@@ -100,9 +100,7 @@ def _validated(document: Document, data: dict[str, Any]) -> Baseline:
         if first["type"] not in (*said, "value_error"):
             problem += f", not {shown(first['input'])}"
         problem = problem.removeprefix("Value error, ")
-        raise document.error(
-            problem[:1].lower() + problem[1:], place, remedy=RESTORE
-        ) from None
+        raise document.error(problem[:1].lower() + problem[1:], place, remedy=RESTORE) from None
 
 
 def _brief(version: Any) -> str:

@@ -32,29 +32,29 @@ def cause_of(
         Whether other noise than the baseline's was asked for.
     """
     edited = _edited(recorded, case)
-    if fresh:
-        return edited
-    if now.images is not None and now.images == before.images:
-        return None
+    if fresh or (now.images is not None and now.images == before.images):
+        return edited if fresh else None
     if now.images is None:
-        return "there are no images: " + (next(iter(now.failed), "nothing was rendered"))
-    if before.images is None:
-        return "the baseline has no images of it"
-    if edited is not None:
-        return edited
-    seeds = [
-        (what, old, new)
-        for what, old, new in (
-            ("the scene's seed", recorded.light_seed, case.plan.base.seed),
-            ("the noise's seed", recorded.noise_seed, case.plan.seed),
-        )
-        if old != new
-    ]
-    if seeds:
-        return "; ".join(f"{what} is {new}, was {old}" for what, old, new in seeds)
-    if len(before.found) != len(now.sample):
-        return f"there are {len(now.sample)} repeats, and were {len(before.found)}"
-    return _versions(baseline.versions_of(recorded), versions)
+        return f"there are no images: {next(iter(now.failed), 'nothing was rendered')}"
+    return (
+        edited
+        or _seeds(recorded, case)
+        or _repeats(before, now)
+        or _versions(baseline.versions_of(recorded), versions)
+    )
+
+
+def _seeds(recorded: CaseResult, case: Planned) -> str:
+    seeds = (
+        ("the scene's seed", recorded.light_seed, case.plan.base.seed),
+        ("the noise's seed", recorded.noise_seed, case.plan.seed),
+    )
+    return "; ".join(f"{what} is {new}, was {old}" for what, old, new in seeds if old != new)
+
+
+def _repeats(before: ConditionResult, now: Observed) -> str | None:
+    old, new = len(before.found), len(now.sample)
+    return f"there are {new} repeats, and were {old}" if old != new else None
 
 
 def _edited(recorded: CaseResult, case: Planned) -> str | None:

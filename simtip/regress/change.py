@@ -53,23 +53,22 @@ class Change:
     significant: bool = False
     state: str = SAME
 
-    def judged(self, *, significant: bool, attainable: bool) -> Change:
+    def judged(self, *, significant: bool, doubtful: bool) -> Change:
         """Give it with what is said of it.
 
         Parameters
         ----------
         significant
             At the level of its family.
-        attainable
-            Whether so many trials could have made it significant. If not, or on the same images
-            (where every change is one of the detector), what looks worse is not said to be none.
+        doubtful
+            Whether what looks worse is then not said to be none.
         """
         if not self.beyond:
             state = SAME
         elif significant:
             state = self._direction()
         else:
-            state = UNTOLD if self._direction() == WORSE and not attainable else SAME
+            state = UNTOLD if self._direction() == WORSE and doubtful else SAME
         return replace(self, significant=significant, state=state)
 
     def with_gain(self, gain: float) -> Change:

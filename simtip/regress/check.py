@@ -346,4 +346,3 @@ def _too_few(compared: Compared) -> list[Line]:
 
 def _brief(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
-

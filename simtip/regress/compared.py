@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from simtip.regress.change import BETTER, DETECTION, MOVED, SAME, UNTOLD, WORSE, Change
@@ -12,8 +12,15 @@ from simtip.regress.quantities import Pair, changes_of
 from simtip.regress.tolerance import Tolerance
 
 LEVEL = 0.001
-"""Of each of three families of tests, so that of a suite of an unchanged detector at most 0.3 %
-say anything: detection in all conditions; all else in all conditions; every condition alone."""
+"""Of each of three families of tests, so that at most 0.3 % of checks of an unchanged detector say
+anything: detection in all conditions; all else in all conditions; every condition alone."""
+
+PAIRED_LEVEL = 0.004
+"""Of the first one on the same images, on which an unchanged detector mostly finds the same: nine
+tips lost, and none gained, count."""
+
+SUSPICIOUS = 0.01
+"""On the same images every change is the detector's; with such a p it is not said to be none."""
 
 ORDER = (WORSE, UNTOLD, MOVED, BETTER, SAME)
 """Of states, the worst first."""
@@ -54,9 +61,9 @@ class Compared:
         return sum(len(changes) for changes in self.conditions.values())
 
 
-def worst(states: object) -> str:
+def worst(states: Iterable[str]) -> str:
     """Give the worst of some states; the same if there is none."""
-    found = set(states)  # type: ignore[call-overload]
+    found = set(states)
     return next((state for state in ORDER if state in found), SAME)
 
 
@@ -76,30 +83,50 @@ def compare(pairs: Mapping[str, Pair], tolerance: Tolerance, *, paired: bool) ->
         return Compared({}, (), paired)
     alone = {name: changes_of(pair, tolerance) for name, pair in pairs.items()}
     detection, others = pooled_changes(list(pairs.values()), tolerance)
-    flat = _judged([one for changes in alone.values() for one in changes], paired=paired)
+    flat = _judged([one for changes in alone.values() for one in changes], LEVEL, paired=paired)
     judged = iter(flat)
     conditions = {name: [next(judged) for _ in changes] for name, changes in alone.items()}
-    pooled = [*_judged([detection], paired=paired), *_judged(others, paired=paired)]
+    level = detection_level(paired=paired)
+    pooled = [
+        *_judged([detection], level, paired=paired),
+        *_judged(others, LEVEL, paired=paired),
+    ]
     return Compared(conditions, _without_doubt(pooled, flat), paired)
 
 
-def _judged(family: Sequence[Change], *, paired: bool) -> list[Change]:
+def detection_level(*, paired: bool) -> float:
+    """Give the level of the test of all conditions' detections."""
+    return PAIRED_LEVEL if paired else LEVEL
+
+
+def _judged(family: Sequence[Change], level: float, *, paired: bool) -> list[Change]:
     """Say of a family's tests what they tell."""
-    significant = holm([one.p for one in family], LEVEL)
+    significant = holm([one.p for one in family], level)
     return [
         one.judged(
-            significant=found, attainable=not paired and one.least_p <= LEVEL / len(family)
+            significant=found, doubtful=_is_doubtful(one, level / len(family), paired=paired)
         )
         for one, found in zip(family, significant, strict=True)
     ]
+
+
+def _is_doubtful(one: Change, level: float, *, paired: bool) -> bool:
+    """Say whether a change that is not significant may not be called none.
+
+    On the same images, any tip that is lost is the detector's doing. With fresh noise, and with
+    fewer trials than could ever have told, what looks as changed as it can is in doubt.
+    """
+    if paired and (one.kind == DETECTION or one.p <= SUSPICIOUS):
+        return True
+    return one.least_p > level and one.p <= max(SUSPICIOUS, 2 * one.least_p)
 
 
 def _without_doubt(pooled: list[Change], alone: Sequence[Change]) -> list[Change]:
     """Leave doubts out about what is sure of single conditions."""
     sure = {one.kind for one in alone if one.state == WORSE}
     return [
-        one.judged(significant=False, attainable=True)
-        if one.state == UNTOLD and one.kind in sure and one.kind != DETECTION
+        one.judged(significant=False, doubtful=False)
+        if one.state == UNTOLD and one.kind in sure
         else one
         for one in pooled
     ]

@@ -44,8 +44,8 @@ def pooled_changes(pairs: Sequence[Pair], tolerance: Tolerance) -> tuple[Change,
         for axis in range(2):
             found += _shifts(pairs, view, axis, paired, tolerance)
             found += _spreads(pairs, view, axis, paired, tolerance)
-    marks = [tuple(s.found.astype(np.float64) for s in (p.before, p.after)) for p in pairs]
-    return _rate(DETECTION, [(x, y) for x, y in marks], paired, tolerance), found
+    detected = [(pair.before.detected, pair.after.detected) for pair in pairs]
+    return _rate(DETECTION, detected, paired, tolerance), found
 
 
 def _rate(kind: str, strata: Strata, paired: bool, tolerance: Tolerance) -> Change:
@@ -99,12 +99,12 @@ def _spreads(
     told = _tested([(distances(x), distances(y)) for x, y in strata], paired=paired)
     if not paired:
         middles = [np.quantile(np.concatenate(pair), 0.5, method="lower") for pair in strata]
-        common = [
-            (np.abs(x - m), np.abs(y - m)) for (x, y), m in zip(strata, middles, strict=True)
-        ]
+        common = [(np.abs(x - m), np.abs(y - m)) for (x, y), m in zip(strata, middles, strict=True)]
         exact = _tested(common, paired=False)
         told = told if told.p >= exact.p else exact
-    deviations = [(np.hypot(deviation(x), FLOOR_PX), np.hypot(deviation(y), FLOOR_PX)) for x, y in strata]
+    deviations = [
+        (np.hypot(deviation(x), FLOOR_PX), np.hypot(deviation(y), FLOOR_PX)) for x, y in strata
+    ]
     before, after = (float(np.exp(np.mean(np.log([one[k] for one in deviations])))) for k in (0, 1))
     one = spread_change(VIEWS[view], NEEDLE_AXES[axis], before, after, told, tolerance.spread)
     return [one.of_ratio(after / before)]

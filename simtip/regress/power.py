@@ -41,7 +41,9 @@ def power_of_condition(trials: int, tests: int, level: float) -> dict[str, Any]:
     }
 
 
-def power_of_all(trials: int, conditions: int, tests: int, level: float) -> dict[str, Any]:
+def power_of_all(
+    trials: int, conditions: int, tests: int, level: float, detection_level: float
+) -> dict[str, Any]:
     """Say what is seen of all conditions together, likewise.
 
     Parameters
@@ -52,8 +54,8 @@ def power_of_all(trials: int, conditions: int, tests: int, level: float) -> dict
         How many.
     tests
         In the family besides detection, which is alone in its own.
-    level
-        Of each family.
+    level, detection_level
+        Of both families.
     """
     alpha = level / max(tests, 1)
     total = trials * conditions
@@ -61,7 +63,7 @@ def power_of_all(trials: int, conditions: int, tests: int, level: float) -> dict
     return {
         "shift_sigma": together,
         "spread_ratio": least_ratio(trials, conditions, alpha),
-        "loss": least_pooled_loss(total, level),
+        "loss": least_pooled_loss(total, detection_level),
     }
 
 

@@ -19,6 +19,10 @@ from simtip.regress.tolerance import Tolerance
 FLOOR_PX = 0.02
 """Scatter that is presumed where pairs show less: of fits and of roundings, px."""
 
+SIDEWAYS = 0.05
+"""Of a shift in a view, that its part along or across the needle has to be to count: whole pixels
+are seldom quite along it."""
+
 FEWEST = 2
 """Tips in a view, before and after, below which nothing is said of where they are."""
 
@@ -58,22 +62,24 @@ class Pair:
             Along and across the needle, else u and v.
         """
         marks = self.gross
-        kept = [
-            s.seen(view) & ~mark[:, view]
+        kept: list[NDArray[np.bool_]] = [
+            np.asarray(s.seen(view) & ~mark[:, view])
             for s, mark in zip((self.before, self.after), marks, strict=True)
         ]
         if self.paired:
-            kept = [kept[0] & kept[1]] * 2
+            both = np.asarray(kept[0] & kept[1])
+            kept = [both, both]
         values = [s.needle_px if needle else s.error_px for s in (self.before, self.after)]
         return values[0][kept[0], view], values[1][kept[1], view]
 
     @property
     def outliers(self) -> tuple[Array, Array]:
         """Trials with an outlier in any view, 0 or 1; of those with a tip in any view."""
-        found = []
+        found: list[NDArray[np.bool_]] = []
         for sample, marks in zip((self.before, self.after), self.gross, strict=True):
             seen = sample.seen(0) | sample.seen(1)
-            found.append(marks.any(axis=1)[seen if not self.paired else slice(None)])
+            far = np.asarray(marks.any(axis=1))
+            found.append(far if self.paired else far[seen])
         return found[0].astype(np.float64), found[1].astype(np.float64)
 
 
@@ -85,14 +91,14 @@ def changes_of(pair: Pair, tolerance: Tolerance) -> list[Change]:
         if min(len(x), len(y)) < FEWEST:
             continue
         for axis in range(2):
-            found.append(_shift(pair, view, axis, x[:, axis], y[:, axis], tolerance))
+            found.append(_shift(pair, view, axis, (x, y), tolerance))
             found.append(_spread(view, axis, x[:, axis], y[:, axis], tolerance))
     return found
 
 
 def detection(pair: Pair, tolerance: Tolerance) -> Change:
-    """Test how often a tip is measured: Fisher's exact test, which the rank sum of marks is."""
-    x, y = (s.found.astype(np.float64) for s in (pair.before, pair.after))
+    """Test how much is detected; of marks 0 and 1 the rank sum is Fisher's exact test."""
+    x, y = pair.before.detected, pair.after.detected
     told = rank_sum(x, y)
     before, after = float(x.mean()), float(y.mean())
     return rate_change(DETECTION, before, after, told, tolerance.rate)
@@ -110,10 +116,12 @@ def rate_change(kind: str, before: float, after: float, told: Tested, tolerance:
 
 
 def _shift(
-    pair: Pair, view: int, axis: int, x: Array, y: Array, tolerance: Tolerance
+    pair: Pair, view: int, axis: int, errors: tuple[Array, Array], tolerance: Tolerance
 ) -> Change:
+    whole = float(np.linalg.norm(errors[1].mean(axis=0) - errors[0].mean(axis=0)))
+    x, y = (values[:, axis] for values in errors)
     told = paired_t(y - x, FLOOR_PX) if pair.paired else rank_sum(x, y)
-    least = max(tolerance.bias_px, tolerance.bias_sigma * deviation(x))
+    least = max(tolerance.bias_px, tolerance.bias_sigma * deviation(x), SIDEWAYS * whole)
     before, after = float(x.mean()), float(y.mean())
     return shift_change(VIEWS[view], NEEDLE_AXES[axis], before, after, told, least)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from simtip.errors import InputError
-from simtip.regress.baseline import FORMAT, VERSION, Accepted, Baseline, TimedCondition
+from simtip.regress.baseline import Accepted, Baseline, TimedCondition
 from simtip.regress.check import Outcome
 from simtip.regress.chosen import Chosen
 from simtip.regress.performed import Observed, Planned, Said, perform, planned
@@ -69,8 +69,6 @@ def record(
         pool.close()
     tolerance = suite.spec.tolerance
     return Baseline(
-        format=FORMAT,
-        version=VERSION,
         suite=suite_reference(suite, file),
         detector=detector.reference,
         made_with=versions_now(means.backend),
@@ -87,7 +85,7 @@ def _times(
     cases: Sequence[Planned], observed: Sequence[Sequence[Observed]], pool: Pool
 ) -> list[TimedCondition]:
     found = []
-    for place, k in timed_conditions(cases, observed):
+    for place, k in timed_conditions(observed):
         case, one = cases[place], observed[place][k]
         trial = one.condition.trials[0]
         ratio = time_in_worker(pool, Asked(case.setup, trial))
@@ -97,7 +95,12 @@ def _times(
 
 
 def updated(
-    baseline: Baseline, outcome: Outcome, suite: Suite, file: Path, names: Sequence[str] | None, reason: str
+    baseline: Baseline,
+    outcome: Outcome,
+    suite: Suite,
+    file: Path,
+    names: Sequence[str] | None,
+    reason: str,
 ) -> Baseline:
     """Give a baseline with the results of some cases replaced.
 
@@ -143,9 +146,7 @@ def updated(
         for name in new
     ]
     times = {(one.case, one.condition): one for one in baseline.time}
-    times |= {
-        key: one for key, one in outcome.times_now.items() if everything or key[0] in new
-    }
+    times |= {key: one for key, one in outcome.times_now.items() if everything or key[0] in new}
     return baseline.model_copy(
         update={
             "suite": suite_reference(suite, file),

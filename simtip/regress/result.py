@@ -10,12 +10,10 @@ from typing import Any
 from simtip.output_folder import write_atomically
 from simtip.regress.change import BETTER, MOVED, SAME, UNTOLD, WORSE
 from simtip.regress.check import Outcome, Seen
-from simtip.regress.compared import LEVEL
+from simtip.regress.compared import LEVEL, detection_level
 from simtip.regress.power import power_of_all, power_of_condition
 
 RESULT = "regress.json"
-
-FAMILIES = 3
 
 
 def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
@@ -32,6 +30,7 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
     trials = [len(one.now.found) for one in outcome.seen if one.now is not None]
     others = max(len(compared.pooled) - 1, 1)
     usual = min(trials, default=0)
+    detection = detection_level(paired=compared.paired)
     return {
         "verdict": outcome.verdict,
         "exit_code": outcome.exit_code,
@@ -48,13 +47,12 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
         "conditions": [_condition(outcome, one) for one in outcome.seen],
         "pooled": {
             "tests": [one.to_dict() for one in compared.pooled],
-            "power": power_of_all(usual, len(compared.conditions), others, LEVEL),
+            "power": power_of_all(usual, len(compared.conditions), others, LEVEL, detection),
         },
         "time": None if outcome.time is None else outcome.time.to_dict(),
         "statistics": {
-            "family_level": LEVEL,
-            "families": FAMILIES,
-            "false_alarm_rate": FAMILIES * LEVEL,
+            "levels": {"detection": detection, "all_conditions": LEVEL, "each_condition": LEVEL},
+            "false_alarm_rate": detection + 2 * LEVEL,
             "tests_of_conditions": compared.tests,
             "tolerance": recorded.tolerance.model_dump(mode="json"),
         },

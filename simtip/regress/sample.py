@@ -48,6 +48,14 @@ class Sample:
         turned = np.stack([-self.axis_px[:, 1], self.axis_px[:, 0]], axis=1)
         return np.stack([along, np.einsum("nva,va->nv", self.error_px, turned)], axis=2)
 
+    @cached_property
+    def detected(self) -> Array:
+        """How much of each pair was detected, (n,): 0 to 1 in thirds, for each tip and the match.
+
+        So a tip that is lost counts even where the pair had no match before.
+        """
+        return (self.seen(0) * 1.0 + self.seen(1) + self.found) / 3
+
     def seen(self, view: int) -> NDArray[np.bool_]:
         """Say in which trials there is a tip in a view."""
         return np.asarray(~np.isnan(self.error_px[:, view, 0]))

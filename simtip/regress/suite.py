@@ -41,9 +41,9 @@ class SuiteSpec(BaseModel):
     repeats: Annotated[
         int, Field(ge=2, le=10_000, description="Of cases that say none, each with new noise.")
     ] = USUAL_REPEATS
-    tolerance: Annotated[
-        Tolerance, Field(description="What is small enough to be left alone.")
-    ] = Tolerance()
+    tolerance: Annotated[Tolerance, Field(description="What is small enough to be left alone.")] = (
+        Tolerance()
+    )
     cases: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=1000)]
 
 

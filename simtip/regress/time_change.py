@@ -17,7 +17,7 @@ TIME = "time"
 SIGMAS = 4.0
 """By which the ratio has to be off 1, besides being beyond its tolerance."""
 
-SYSTEMATIC = 0.05
+SYSTEMATIC = 0.08
 """Standard error of a ratio's logarithm, at least: caches, clock rates, what else runs."""
 
 LOOK_AGAIN = 1.25

@@ -65,7 +65,10 @@ class Said:
 
 
 def said_of(
-    compared: Compared, pairs: Mapping[str, Pair], failed: Mapping[str, Mapping[str, int]], tolerance: Tolerance
+    compared: Compared,
+    pairs: Mapping[str, Pair],
+    failed: Mapping[str, Mapping[str, int]],
+    tolerance: Tolerance,
 ) -> list[Said]:
     """Say what changed.
 
@@ -88,7 +91,9 @@ def said_of(
         *_spreads(compared),
         *_outliers(compared),
     ]
-    return sorted(lines, key=lambda line: ORDER.index(line.state))
+    sure = {line.kind for line in lines if line.state == WORSE}
+    told = [line for line in lines if line.state != UNTOLD or line.kind not in sure]
+    return sorted(told, key=lambda line: ORDER.index(line.state))
 
 
 def _detections(
@@ -109,8 +114,7 @@ def _detections(
                 pooled.state,
                 DETECTION,
                 (),
-                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, "
-                f"{_p(pooled.p)}",
+                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, {_p(pooled.p)}",
             )
         )
     for state in ORDER:
@@ -133,20 +137,31 @@ def _how_many(pairs: Mapping[str, Pair], *, paired: bool) -> str:
         )
     lost, gained = int((before & ~after).sum()), int((~before & after).sum())
     share = 100 * abs(lost - gained) / len(before)
-    return f"{share:.1f} % of {len(before)} pairs ({lost} lost, {gained} gained)"
+    tips = [_tips(pair) for pair in pairs.values()]
+    return (
+        f"{share:.1f} % of {len(before)} pairs ({lost} lost, {gained} gained), "
+        f"{sum(gone for gone, _ in tips)} of {sum(seen for _, seen in tips)} tips in images"
+    )
+
+
+def _tips(pair: Pair) -> tuple[int, int]:
+    """Give how many tips in images are no longer seen, and of how many."""
+    before, after = (np.stack([s.seen(0), s.seen(1)]) for s in (pair.before, pair.after))
+    return int((before & ~after).sum()), int(before.sum())
 
 
 def _counts(pair: Pair, failed: Mapping[str, int]) -> str:
     before, after = int(pair.before.found.sum()), int(pair.after.found.sum())
     text = f"{before} of {len(pair.before)} before, {after} of {len(pair.after)} now"
+    if before == after:
+        tips = [int(s.seen(0).sum() + s.seen(1).sum()) for s in (pair.before, pair.after)]
+        return f"tips in images: {tips[0]} before, {tips[1]} now"
     if after < before and failed:
         text += f": {max(failed, key=lambda status: failed[status])}"
     return text
 
 
-def _shifts(
-    compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolerance
-) -> list[Said]:
+def _shifts(compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolerance) -> list[Said]:
     told = {
         name: [one for one in changes if one.kind == SHIFT and one.state != SAME]
         for name, changes in compared.conditions.items()
@@ -164,8 +179,8 @@ def _shifts(
         state = worst(states)
         text = f"tip moved by {_both(common)}, in {len(alike)} of {len(pairs)} conditions"
         rest = {name: changes for name, changes in told.items() if name not in alike}
-        return [Said(state, SHIFT, tuple(alike), text), *_single_shifts(rest, vectors)]
-    lines = _single_shifts(told, vectors)
+        return [Said(state, SHIFT, tuple(alike), text), *_single_shifts(rest)]
+    lines = _single_shifts(told)
     needle = [one for one in pooled if one.axis in ("along", "across")] or pooled
     if needle:
         parts = [f"{one.change:+.2f} px {one.axis} {_in(one)}" for one in needle]
@@ -186,7 +201,7 @@ def _in(one: Change) -> str:
 
 
 def _single_shifts(
-    told: Mapping[str, Sequence[Change]], vectors: Mapping[str, Array]
+    told: Mapping[str, Sequence[Change]],
 ) -> list[Said]:
     lines = []
     for state in (WORSE, UNTOLD, MOVED, BETTER):
@@ -296,5 +311,3 @@ def _few(parts: Sequence[str]) -> str:
 
 def _p(p: float) -> str:
     return f"p = {p:.1g}" if p >= 1e-12 else "p < 1e-12"
-
-
