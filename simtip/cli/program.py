@@ -18,6 +18,7 @@ from simtip.cli.detect import detect
 from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
 from simtip.cli.errors import ClickError, fail, usage
+from simtip.cli.export import export
 from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
@@ -55,7 +56,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results),
+    *(run, render, remix, measure, detect, sweep, results, export),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""

@@ -146,6 +146,21 @@ class Stages:
             self._lights.give(setting.light, lambda: self._lit(setting, timings))
         return timings.get("render_s")
 
+    def pair(self, trial: Trial) -> tuple[Setting, Shot]:
+        """Give a trial's images, from the cache or made anew, and what they were made of.
+
+        Raises
+        ------
+        InputError
+            There is no such scene, or no exposure of it.
+        """
+        setting = self._setting(trial)
+        return setting, self._shots.give(setting.images, lambda: self._shot(setting, {}))
+
+    def setting(self, trial: Trial) -> Setting:
+        """Give what a trial's images are made of, and their keys; raises InputError likewise."""
+        return self._setting(trial)
+
     def _setting(self, trial: Trial) -> Setting:
         name = digest_of([dict(trial.values), trial.repeat])
         return self._settings.give(name, lambda: self._new_setting(trial))
