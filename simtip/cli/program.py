@@ -29,6 +29,7 @@ from simtip.cli.rig import rig
 from simtip.cli.run import run
 from simtip.cli.schema import schema
 from simtip.cli.sweep import sweep
+from simtip.cli.view import view
 from simtip.errors import SimtipError
 from simtip.interrupts import INTERRUPTED, NOTHING_WRITTEN
 from simtip.version import __version__
@@ -56,7 +57,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results, export),
+    *(run, render, remix, measure, detect, sweep, results, export, view),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""

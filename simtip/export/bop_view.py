@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simtip.camera import Camera
 from simtip.geometry import Pose
-from simtip.render.surfaces import Surfaces
 from simtip.sensor import Image
+
+if TYPE_CHECKING:
+    from simtip.render.surfaces import Surfaces
 
 Mask = NDArray[np.bool_]
 

@@ -48,7 +48,7 @@ NEEDLE_COLUMNS = (
     *_POSE,
     *(f"true_tip_{axis}_mm" for axis in AXES),
     *(f"axis_{axis}" for axis in AXES),
-    *("status", "reason", "measured_by"),
+    *("status", "reason", "detector"),
     *(f"measured_tip_{axis}_mm" for axis in AXES),
 )
 """Before those of a sweep's factors, which have the names of its table."""
@@ -163,7 +163,7 @@ def reading_row(reading: Reading) -> Row:
     row: Row = {
         "status": reading.status,
         "reason": reading.reason,
-        "measured_by": reading.detector,
+        "detector": reading.detector,
         **reading.settings,
     }
     if reading.tip_mm is not None:

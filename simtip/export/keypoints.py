@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,7 +11,9 @@ from simtip.geometry import Array
 from simtip.image_sets import NeedlePair
 from simtip.needle import Needle
 from simtip.render import Backend, trace_surfaces
-from simtip.render.surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from simtip.render.surfaces import Surfaces
 
 UP_MM = 10.0
 """How far up the axis from the foremost point the second point lies."""

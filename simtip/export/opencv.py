@@ -30,7 +30,7 @@ OF_NEEDLES = (
 )
 OF_BOARDS = (
     "object_points_mm: points of the board as printed, in its own frame. corners1, corners2: where",
-    "they are in each image, px; visible1, visible2: 1 where that is in the image. R, row by row, and",
+    "they are in each image, px; visible1, visible2: 1 where that is in the image. R by rows, and",
     "t_mm: p_left = R p_board + t. rigs: file of the rig of each pair.",
 )
 

@@ -51,6 +51,7 @@ class BoardFolder:
             )
         self._truth = read_board_truth(folder / TRUTH)
         self._points = np.array(own["plate"]["points_mm"], dtype=np.float64)
+        self._outline = self._spec.boards.build().outline()
         self._views: list[dict[str, Any]] = own["views"]
         for name in self._truth.pixels:
             if not (folder / name).exists():
@@ -79,6 +80,7 @@ class BoardFolder:
                 rig=rig,
                 target=self._truth.target,
                 points_mm=self._points,
+                outline_mm=self._outline,
                 T_wt=Pose(np.array(view["R"]), np.array(view["t_mm"])),
                 points_px=(
                     np.array(view["left"]["points_px"], dtype=np.float64),

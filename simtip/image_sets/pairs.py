@@ -99,6 +99,8 @@ class BoardPair:
         What the board shows.
     points_mm
         (n, 3) where its points really are, board frame.
+    outline_mm
+        (m, 3) around the printed side, board frame.
     T_wt
         From the board's frame to the world.
     points_px
@@ -113,6 +115,7 @@ class BoardPair:
     rig: StereoRig
     target: Target
     points_mm: Array
+    outline_mm: Array
     T_wt: Pose
     points_px: tuple[Array, Array]
     visible: tuple[Mask, Mask]
