@@ -77,7 +77,8 @@ def write_bop(
                 scene = _Scene(folder, number, models, targets, files_of_scene)
                 for pair in one.pairs():
                     files = scene.add(_views(pair, backend, undistort=undistort), pair)
-                    sources.add(dict(zip(SIDES, files, strict=True)) | {"source": pair.source})
+                    named = {"source": pair.source, "label": pair.label}
+                    sources.add(dict(zip(SIDES, files, strict=True)) | named)
                     done()
     models.finish()
     (folder / "dataset_info.md").write_text(ABOUT, encoding="utf-8")

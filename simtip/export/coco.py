@@ -16,10 +16,9 @@ from simtip.export.keypoints import ABSENT, NAMES, SEEN, MarkedView, marked
 from simtip.export.sources import source_rows
 from simtip.geometry import Array
 from simtip.image_file import write_png
-from simtip.image_sets import BoardImages, BoardPair, NeedleImages
+from simtip.image_sets import BoardImages, BoardPair, NeedleImages, NeedlePair
 from simtip.image_sets.pairs import SIDES
 from simtip.render import Backend
-from simtip.sensor import Image
 from simtip.target import Target
 
 Mask = NDArray[np.bool_]
@@ -61,7 +60,7 @@ def write_needles(
         out.file.category(NEEDLE)
         for pair in (pair for one in sets for pair in one.pairs()):
             views = marked(pair, backend)
-            names = out.add(pair.images, pair.spec.sensor.bit_depth, pair.source)
+            names = out.add(pair, pair.spec.sensor.bit_depth)
             for number, view in zip(names, views, strict=True):
                 if view.surfaces.needle.any():
                     out.file.annotation(needle_annotation(view) | {"image_id": number})
@@ -81,7 +80,7 @@ def write_boards(folder: Path, sets: Sequence[BoardImages], *, done: Callable[[]
             if target not in known:
                 known[target] = len(known) + 1
                 out.file.category(board_category(known[target], pair.target))
-            names = out.add(pair.images, pair.bit_depth, pair.source)
+            names = out.add(pair, pair.bit_depth)
             for number, told in zip(names, board_annotations(pair, known[target]), strict=True):
                 if told["num_keypoints"]:
                     out.file.annotation(told | {"image_id": number})
@@ -98,16 +97,17 @@ class _Images:
         self._sources = opened.enter_context(source_rows(folder))
         self._pairs = 0
 
-    def add(self, images: tuple[Image, Image], bit_depth: int, source: str) -> tuple[int, int]:
+    def add(self, pair: NeedlePair | BoardPair, bit_depth: int) -> tuple[int, int]:
         """Write both images of a pair, and give their ids."""
         files = [f"{self._pairs:06d}_{side}.png" for side in SIDES]
         numbers = 2 * self._pairs + 1, 2 * self._pairs + 2
-        for number, name, image in zip(numbers, files, images, strict=True):
+        for number, name, image in zip(numbers, files, pair.images, strict=True):
             write_png(self._folder / name, eight_bit(image, bit_depth))
             height, width = image.shape[:2]
             self.file.image({"id": number, "file_name": name, "width": width, "height": height})
         left, right = (f"{IMAGES}/{name}" for name in files)
-        self._sources.add({"left": left, "right": right, "source": source})
+        named = {"source": pair.source, "label": pair.label}
+        self._sources.add({"left": left, "right": right, **named})
         self._pairs += 1
         return numbers
 

@@ -43,7 +43,7 @@ _POSE = (
     *(f"T_{axis}_mm" for axis in AXES),
 )
 NEEDLE_COLUMNS = (
-    *("pair", "source"),
+    *("pair", "source", "label"),
     *(f"{side}_{name}" for side in SIDES for name in _VIEW),
     *_POSE,
     *(f"true_tip_{axis}_mm" for axis in AXES),
@@ -54,7 +54,7 @@ NEEDLE_COLUMNS = (
 """Before those of a sweep's factors, which have the names of its table."""
 
 BOARD_COLUMNS = (
-    *("pair", "source", "target"),
+    *("pair", "source", "label", "target"),
     *(f"{side}_{name}" for side in SIDES for name in ("image", *_CAMERA)),
     *_POSE,
     *(f"board_R_{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)),
@@ -113,7 +113,8 @@ def write_boards(folder: Path, sets: Sequence[BoardImages], *, done: Done) -> No
         points = opened.enter_context(csv_rows(folder / "points.csv", POINT_COLUMNS))
         for number, pair in enumerate(pair for one in sets for pair in one.pairs()):
             files = write_images(folder, number, pair.images)
-            row: Row = {"pair": number, "source": pair.source, "target": str(pair.target)}
+            row: Row = {"pair": number, "source": pair.source, "label": pair.label}
+            row["target"] = str(pair.target)
             for side, name in zip(SIDES, files, strict=True):
                 row[f"{side}_image"] = name
             turned = pair.T_wt.R.ravel().tolist()
@@ -142,7 +143,7 @@ def needle_row(
 ) -> Row:
     """Give what is true of a pair."""
     truth = pair.truth
-    row: Row = {"pair": number, "source": pair.source}
+    row: Row = {"pair": number, "source": pair.source, "label": pair.label}
     row |= _numbers("true_tip_{}_mm", AXES, truth.tip_mm)
     row |= _numbers("axis_{}", AXES, truth.axis)
     for side, file, own, view in zip(SIDES, files, (truth.left, truth.right), views, strict=True):

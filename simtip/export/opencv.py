@@ -81,8 +81,8 @@ def write_boards(folder: Path, sets: Sequence[BoardImages], *, done: Done) -> No
         for pair in (pair for one in sets for pair in one.pairs()):
             if pairs and not np.array_equal(pairs[0].points_mm, pair.points_mm):
                 raise InputError(
-                    f"{pair.source} shows another board than {pairs[0].source}",
-                    field="DIR",
+                    f"shows another board than {pairs[0].source}",
+                    file=pair.source,
                     remedy="give folders of different boards one after the other",
                 )
             out.add(pair, pair.rig)
@@ -116,7 +116,8 @@ class _Pairs:
         names = [f"{side}_{len(self._rigs):06d}.png" for side in SIDES]
         for name, image in zip(names, pair.images, strict=True):
             write_png(self._folder / name, image)
-        self._sources.add(dict(zip(SIDES, names, strict=True)) | {"source": pair.source})
+        named = {"source": pair.source, "label": pair.label}
+        self._sources.add(dict(zip(SIDES, names, strict=True)) | named)
         self._names += names
         text = rig_text(rig)
         if text not in self._known:

@@ -9,11 +9,11 @@ from pathlib import Path
 from simtip.export.csv_stream import CsvRows, csv_rows
 
 SOURCES = "sources.csv"
-COLUMNS = ("left", "right", "source")
+COLUMNS = ("left", "right", "source", "label")
 
 
 @contextmanager
 def source_rows(folder: Path) -> Iterator[CsvRows]:
-    """Begin the list: both images' files, relative to the folder, and the source's name."""
+    """Begin the list: both images' files, relative to the folder, the source's name and the pair's label."""
     with csv_rows(folder / SOURCES, COLUMNS) as rows:
         yield rows

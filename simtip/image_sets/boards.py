@@ -74,7 +74,8 @@ class BoardFolder:
                 for side, camera in zip(SIDES, (rig.left, rig.right), strict=True)
             )
             yield BoardPair(
-                source=f"{self.source} view {view['name']}",
+                source=self.source,
+                label=f"view {view['name']}",
                 images=(left, right),
                 bit_depth=self._spec.sensor.bit_depth,
                 rig=rig,

@@ -58,7 +58,9 @@ class NeedlePair:
     Attributes
     ----------
     source
-        The folder, and of a sweep the first trial that looks at these images.
+        The folder, as it was given.
+    label
+        What tells the pair from the others of its folder: of a sweep, the first trial of it.
     spec
         The scene; its seed is that of the light.
     truth
@@ -70,6 +72,7 @@ class NeedlePair:
     """
 
     source: str
+    label: str
     spec: SceneSpec
     truth: SceneTruth
     images: tuple[Image, Image]
@@ -87,8 +90,8 @@ class BoardPair:
 
     Attributes
     ----------
-    source
-        The folder and the view's name.
+    source, label
+        The folder, as it was given, and the view's name.
     images
         Left and right, (H, W, 3) RGB, DN; uint8 at 8 bit, uint16 above.
     bit_depth
@@ -110,6 +113,7 @@ class BoardPair:
     """
 
     source: str
+    label: str
     images: tuple[Image, Image]
     bit_depth: int
     rig: StereoRig

@@ -68,7 +68,7 @@ class ResultImages:
             read_taken(self._folder / f"{side}.png", camera, RESTORE)
             for side, camera in zip(SIDES, (rig.left, rig.right), strict=True)
         )
-        yield NeedlePair(self.source, self._spec, self._truth, (left, right), self._readings)
+        yield NeedlePair(self.source, "", self._spec, self._truth, (left, right), self._readings)
 
     def _reading(self, file: Path) -> Reading:
         found = read_json(file, RESTORE)

@@ -129,8 +129,8 @@ class SweepImages:
             self._require_agreement(row, setting.truth)
         images = self._images(first, values, setting.images)
         readings = tuple(self._reading(row, setting.truth) for row in rows)
-        label = f"{self.source} trial {first['trial']}"
-        return NeedlePair(label, readings[0].spec, setting.truth, images, readings)
+        label = f"trial {first['trial']}"
+        return NeedlePair(self.source, label, readings[0].spec, setting.truth, images, readings)
 
     def _images(self, row: Row, values: Mapping[str, Any], key: str) -> tuple[Image, Image]:
         wanted, cache = str(row["image_key"]), self._store.cache

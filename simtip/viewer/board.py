@@ -23,4 +23,4 @@ def log_board(recording: rr.RecordingStream, pair: BoardPair) -> None:
     recording.log(POINTS, rr.Points3D(points, colors=[INK], radii=POINT_MM))
     for side, places, visible in zip(SIDES, pair.points_px, pair.visible, strict=True):
         log_pixels(recording, side, "points", places[visible], INK)
-    recording.log(ABOUT, rr.TextDocument(pair.source, media_type="text/plain"))
+    recording.log(ABOUT, rr.TextDocument(f"{pair.source}\n{pair.label}", media_type="text/plain"))

@@ -36,6 +36,9 @@ MESH_SEGMENTS = 96
 """Sides of the needle's circle: enough to look at."""
 
 AXIS_POINTS = 65
+THIN = -0.75
+"""Half the width of lines: below 0, in points of the screen."""
+
 TIP_MM = 0.15
 """Radius of the points that mark tips."""
 
@@ -50,7 +53,7 @@ def log_needle(recording: rr.RecordingStream, pair: NeedlePair) -> None:
     )
     recording.log(NEEDLE, mesh)
     axis = truth.T_wn.apply(axis_points(needle))
-    recording.log(AXIS, rr.LineStrips3D([axis], colors=[TRUE]))
+    recording.log(AXIS, rr.LineStrips3D([axis], colors=[TRUE], radii=THIN))
     recording.log(TIP_TRUE, rr.Points3D([truth.tip_mm], colors=[TRUE], radii=TIP_MM))
     for side, view in zip(SIDES, (truth.left, truth.right), strict=True):
         log_pixels(recording, side, "tip_true", view.tip_px, TRUE)
@@ -71,7 +74,7 @@ def log_reading(recording: rr.RecordingStream, pair: NeedlePair, reading: Readin
         recording.log(ERROR, rr.Scalars(error))
     rays = None if reading is None else rays_of(reading)
     lines = [] if rays is None else list(rays.lines_mm)
-    recording.log(RAYS, rr.LineStrips3D(lines, colors=[RAY]))
+    recording.log(RAYS, rr.LineStrips3D(lines, colors=[RAY], radii=THIN))
     gap = [] if rays is None else [rays.nearest_mm]
     recording.log(GAP, rr.LineStrips3D(gap, colors=[GAP_COLOUR]))
     # As plain text: names and values are anybody's.
@@ -96,7 +99,7 @@ def axis_points(needle: Needle) -> Array:
 def _log_surroundings(recording: rr.RecordingStream, spec: SceneSpec) -> None:
     board = Board.of(spec.background)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * board.half
-    recording.log(BACKGROUND, rr.LineStrips3D([board.points(corners)], colors=[PAPER]))
+    recording.log(BACKGROUND, rr.LineStrips3D([board.points(corners)], colors=[PAPER], radii=THIN))
     outlines = [lamp.outline_mm() for lamp in spec.lamps]
     lamps = rr.Points3D(
         np.concatenate([np.zeros((0, 3)), *outlines]),
@@ -110,9 +113,8 @@ def _log_surroundings(recording: rr.RecordingStream, spec: SceneSpec) -> None:
 def _words(pair: NeedlePair, reading: Reading | None) -> str:
     lines = [pair.source]
     if reading is not None:
-        lines += [f"detector {reading.detector}", f"status {reading.status}"]
-        lines += [reading.reason] if reading.reason else []
-        lines += [f"{name} {value}" for name, value in reading.settings.items()]
+        told = {"detector": reading.detector, "status": reading.status, "reason": reading.reason}
+        lines += [f"{name}: {value}" for name, value in {**told, **reading.settings}.items()]
         rays = rays_of(reading)
-        lines += [] if rays is None else [f"gap between the rays {rays.gap_mm:.4g} mm"]
+        lines += [] if rays is None else [f"gap between the rays: {rays.gap_mm:.4g} mm"]
     return "\n".join(lines)

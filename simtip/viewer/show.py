@@ -75,6 +75,8 @@ def show(
         See `Destination.check`; or a pair cannot be read, or the file not be written.
     """
     where.check()
+    if where.file is not None:  # what goes wrong is said here, in one line
+        os.environ.setdefault("RUST_LOG", "off")
     import rerun as rr
 
     recording = rr.RecordingStream(NAME, recording_id=uuid4())
@@ -106,14 +108,16 @@ def _record(recording: rr.RecordingStream, contents: Contents, done: Callable[[]
     from simtip.viewer.board import log_board
     from simtip.viewer.layout import layout
     from simtip.viewer.needle import log_needle, log_reading
-    from simtip.viewer.paths import TIMELINE, WORLD
+    from simtip.viewer.paths import ERROR, TIMELINE, WORLD
 
-    recording.send_blueprint(layout(measured=bool(contents.needles)))
     recording.log(WORLD, rr.ViewCoordinates.RDF, static=True)
+    recording.log(ERROR, rr.SeriesPoints(), rr.SeriesLines(), static=True)
     count = 0
     for pair in (pair for one in contents.needles for pair in one.pairs()):
         for number, reading in enumerate(pair.readings or (None,)):
             recording.set_time(TIMELINE, sequence=count)
+            if not count:
+                recording.send_blueprint(layout(pair.truth.tip_mm, measured=True))
             if not number:
                 log_needle(recording, pair)
             log_reading(recording, pair, reading)
@@ -121,6 +125,8 @@ def _record(recording: rr.RecordingStream, contents: Contents, done: Callable[[]
         done()
     for board in (board for one in contents.boards for board in one.pairs()):
         recording.set_time(TIMELINE, sequence=count)
+        if not count:
+            recording.send_blueprint(layout(board.T_wt.t, measured=False))
         log_board(recording, board)
         count += 1
         done()
