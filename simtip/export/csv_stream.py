@@ -43,5 +43,6 @@ class CsvRows:
 @contextmanager
 def csv_rows(path: Path, columns: Sequence[str]) -> Iterator[CsvRows]:
     """Begin a table, RFC 4180, UTF-8; numbers are the shortest that read back to the same bits."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
+    # Names of folders may hold what is no Unicode.
+    with path.open("w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
         yield CsvRows(csv.writer(stream, lineterminator="\r\n"), columns)

@@ -14,6 +14,6 @@ COLUMNS = ("left", "right", "source", "label")
 
 @contextmanager
 def source_rows(folder: Path) -> Iterator[CsvRows]:
-    """Begin the list: both images' files, relative to the folder, the source's name and the pair's label."""
+    """Begin the list: both images' files, relative to the folder, and what they were made of."""
     with csv_rows(folder / SOURCES, COLUMNS) as rows:
         yield rows

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import rerun as rr
 
+from simtip.detect.excerpt import printable
 from simtip.image_sets import BoardPair
 from simtip.image_sets.pairs import SIDES
 from simtip.viewer.cameras import log_cameras, log_pixels
@@ -23,4 +24,5 @@ def log_board(recording: rr.RecordingStream, pair: BoardPair) -> None:
     recording.log(POINTS, rr.Points3D(points, colors=[INK], radii=POINT_MM))
     for side, places, visible in zip(SIDES, pair.points_px, pair.visible, strict=True):
         log_pixels(recording, side, "points", places[visible], INK)
-    recording.log(ABOUT, rr.TextDocument(f"{pair.source}\n{pair.label}", media_type="text/plain"))
+    words = f"{printable(pair.source)}\n{pair.label}"
+    recording.log(ABOUT, rr.TextDocument(words, media_type="text/plain"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
+from simtip.detect.excerpt import printable
 from simtip.geometry import Array
 from simtip.image_sets import NeedlePair, Reading
 from simtip.image_sets.pairs import SIDES
@@ -117,4 +118,4 @@ def _words(pair: NeedlePair, reading: Reading | None) -> str:
         lines += [f"{name}: {value}" for name, value in {**told, **reading.settings}.items()]
         rays = rays_of(reading)
         lines += [] if rays is None else [f"gap between the rays: {rays.gap_mm:.4g} mm"]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
