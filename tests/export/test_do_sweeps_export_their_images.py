@@ -207,3 +207,19 @@ def test_a_table_of_an_unknown_sweep_is_named(swept, tmp_path, ask):
     answer = ask("export", str(tmp_path / "other"), "--format", "csv", "-o", str(tmp_path / "out"))
     assert answer.code == 2
     assert "table.json: does not say of which sweep" in one_line(answer.err)
+
+
+def test_an_experiment_is_all_its_sweeps(tmp_path):
+    from experiment.small_experiment import asked, scene_file
+
+    brighter = {"name": "brighter", "set": {"lamps[0].power": 1.1}}
+    file = scene_file(tmp_path, schedule={"steps": 2, "runs": 2}, setups=[brighter])
+    told = asked("mca", file, "-o", tmp_path / "out")
+    out = exported(
+        tmp_path / "csv", "csv", tmp_path / "out", more=("--cache", str(tmp_path / "cache"))
+    )
+    rows = rows_of(out)
+    assert len(told["setups"]) == rows["source"].nunique() == 2
+    assert rows["pair"].nunique() == told["worked_out"]["images"]
+    places = rows[[f"true_tip_{axis}_mm" for axis in "xyz"]].drop_duplicates()
+    assert len(places) == 3
