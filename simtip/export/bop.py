@@ -17,11 +17,12 @@ from simtip.export.eight_bit import eight_bit
 from simtip.export.json_stream import JsonArray, JsonObject
 from simtip.export.pinhole import undistorted, without_distortion
 from simtip.export.sources import source_rows
+from simtip.export.tracer import Tracer
 from simtip.image_file import write_png
 from simtip.image_sets import NeedleImages, NeedlePair
 from simtip.image_sets.pairs import SIDES
 from simtip.needle import Needle
-from simtip.render import Backend, trace_surfaces
+from simtip.render import Backend
 
 SPLIT = "test"
 
@@ -68,7 +69,7 @@ def write_bop(
     InputError
         A lens has distortion, and `undistort` is not given; or a pair cannot be read.
     """
-    models = _Models(folder / "models")
+    models, tracer = _Models(folder / "models"), Tracer(backend, BEYOND)
     with ExitStack() as opened:
         sources = opened.enter_context(source_rows(folder))
         targets = opened.enter_context(JsonArray(folder / "test_targets_bop19.json"))
@@ -76,7 +77,7 @@ def write_bop(
             with ExitStack() as files_of_scene:
                 scene = _Scene(folder, number, models, targets, files_of_scene)
                 for pair in one.pairs():
-                    files = scene.add(_views(pair, backend, undistort=undistort), pair)
+                    files = scene.add(_views(pair, tracer, undistort=undistort), pair)
                     named = {"source": pair.source, "label": pair.label}
                     sources.add(dict(zip(SIDES, files, strict=True)) | named)
                     done()
@@ -84,7 +85,7 @@ def write_bop(
     (folder / "dataset_info.md").write_text(ABOUT, encoding="utf-8")
 
 
-def _views(pair: NeedlePair, backend: Backend, *, undistort: bool) -> list[BopView]:
+def _views(pair: NeedlePair, tracer: Tracer, *, undistort: bool) -> list[BopView]:
     rig = pair.truth.rig
     cameras = rig.left, rig.right
     if any(camera.distortion for camera in cameras) and not undistort:
@@ -94,7 +95,7 @@ def _views(pair: NeedlePair, backend: Backend, *, undistort: bool) -> list[BopVi
             remedy="give --undistort to resample the images, or take another format",
         )
     plain = without_distortion(rig)
-    seen = trace_surfaces(pair.spec, backend=backend, rig=plain, beyond=BEYOND)
+    seen = tracer.trace(pair.spec, plain)
     views = []
     for image, taken, camera, T_cw, surfaces in zip(
         pair.images, cameras, (plain.left, plain.right), pair.poses, seen, strict=True

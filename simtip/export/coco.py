@@ -14,6 +14,7 @@ from simtip.export.coco_file import CocoFile
 from simtip.export.eight_bit import eight_bit
 from simtip.export.keypoints import ABSENT, NAMES, SEEN, MarkedView, marked
 from simtip.export.sources import source_rows
+from simtip.export.tracer import Tracer
 from simtip.geometry import Array
 from simtip.image_file import write_png
 from simtip.image_sets import BoardImages, BoardPair, NeedleImages, NeedlePair
@@ -58,8 +59,9 @@ def write_needles(
     with ExitStack() as opened:
         out = _Images(folder, opened)
         out.file.category(NEEDLE)
+        tracer = Tracer(backend)
         for pair in (pair for one in sets for pair in one.pairs()):
-            views = marked(pair, backend)
+            views = marked(pair, tracer)
             names = out.add(pair, pair.spec.sensor.bit_depth)
             for number, view in zip(names, views, strict=True):
                 if view.surfaces.needle.any():

@@ -11,6 +11,7 @@ import numpy as np
 from simtip.camera import Camera, StereoRig
 from simtip.export.csv_stream import csv_rows
 from simtip.export.keypoints import MarkedView, marked
+from simtip.export.tracer import Tracer
 from simtip.geometry import Array
 from simtip.image_file import write_png
 from simtip.image_sets import BoardImages, NeedleImages, NeedlePair, Reading
@@ -89,11 +90,12 @@ def write_needles(
     """
     settings = dict.fromkeys(name for one in sets for name in one.settings)
     columns = (*NEEDLE_COLUMNS, *(name for name in settings if name not in NEEDLE_COLUMNS))
+    tracer = Tracer(backend)
     (folder / MASKS).mkdir()
     with csv_rows(folder / "pairs.csv", columns) as rows:
         for number, pair in enumerate(pair for one in sets for pair in one.pairs()):
             files = write_images(folder, number, pair.images)
-            views = marked(pair, backend)
+            views = marked(pair, tracer)
             true = needle_row(number, pair, files, views)
             for side, view in zip(SIDES, views, strict=True):
                 mask = view.surfaces.needle.astype(np.uint8) * np.uint8(255)

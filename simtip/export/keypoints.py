@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simtip.export.tracer import Tracer
 from simtip.geometry import Array
 from simtip.image_sets import NeedlePair
 from simtip.needle import Needle
-from simtip.render import Backend, trace_surfaces
 
 if TYPE_CHECKING:
     from simtip.render.surfaces import Surfaces
@@ -43,7 +43,7 @@ class MarkedView:
     flags: tuple[int, int]
 
 
-def marked(pair: NeedlePair, backend: Backend) -> tuple[MarkedView, MarkedView]:
+def marked(pair: NeedlePair, tracer: Tracer) -> tuple[MarkedView, MarkedView]:
     """Find the needle's pixels and points in both images of a pair.
 
     The tip is seen if it lies in the image and nothing hides it: neither the needle's own body nor
@@ -51,7 +51,7 @@ def marked(pair: NeedlePair, backend: Backend) -> tuple[MarkedView, MarkedView]:
     """
     truth, up = pair.truth, up_the_axis(pair.truth.needle)
     points = np.stack([truth.tip_mm, truth.tip_mm if up is None else truth.T_wn.apply(up)])
-    left, right = trace_surfaces(pair.spec, backend=backend, points_mm=points)
+    left, right = tracer.trace(pair.spec, truth.rig, points)
     views = []
     for surfaces, camera, T_cw, own in zip(
         (left, right),

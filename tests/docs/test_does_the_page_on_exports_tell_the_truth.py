@@ -46,7 +46,6 @@ def test_every_column_is_told_of():
 
 @pytest.mark.slow
 def test_the_commands_run_as_written(tmp_path, monkeypatch, scene, ask):
-    pytest.importorskip("rerun", reason="rerun-sdk comes with the extra viewer")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SIMTIP_CACHE", str(tmp_path / "cache"))
     Path("out").mkdir()

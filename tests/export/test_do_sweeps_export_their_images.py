@@ -213,7 +213,7 @@ def test_an_experiment_is_all_its_sweeps(tmp_path):
     from experiment.small_experiment import asked, scene_file
 
     brighter = {"name": "brighter", "set": {"lamps[0].power": 1.1}}
-    file = scene_file(tmp_path, schedule={"steps": 2, "runs": 2}, setups=[brighter])
+    file = scene_file(tmp_path, schedule={"steps": 3, "runs": 2}, setups=[brighter])
     told = asked("mca", file, "-o", tmp_path / "out")
     out = exported(
         tmp_path / "csv", "csv", tmp_path / "out", more=("--cache", str(tmp_path / "cache"))
@@ -222,4 +222,24 @@ def test_an_experiment_is_all_its_sweeps(tmp_path):
     assert len(told["setups"]) == rows["source"].nunique() == 2
     assert rows["pair"].nunique() == told["worked_out"]["images"]
     places = rows[[f"true_tip_{axis}_mm" for axis in "xyz"]].drop_duplicates()
-    assert len(places) == 3
+    assert len(places) == 4
+
+
+def test_pairs_that_differ_by_their_light_alone_are_traced_once(swept, tmp_path, monkeypatch):
+    import simtip.export.tracer
+
+    traced = []
+    original = simtip.export.tracer.trace_surfaces
+
+    def counted(spec, **more):
+        traced.append(spec.needle.tip.kind)
+        return original(spec, **more)
+
+    monkeypatch.setattr("simtip.export.tracer.trace_surfaces", counted)
+    more = ("--cache", str(swept / "cache"))
+    out = exported(tmp_path / "out", "coco", swept / "out", more=more)
+    assert traced == ["cone", "bevel"]
+    told = json.loads((out / "annotations.json").read_text())["annotations"]
+    areas = [one["area"] for one in told]
+    assert areas == [*areas[:2], *areas[:2], *areas[4:6], *areas[4:6]]
+    assert areas[0] != areas[4]

@@ -11,8 +11,6 @@ import pytest
 from asked import call
 from viewer.recorded import Recorded
 
-pytest.importorskip("rerun", reason="rerun-sdk comes with the extra viewer")
-
 IMAGE = "/world/cameras/{}/image"
 
 

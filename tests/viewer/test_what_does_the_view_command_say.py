@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.command_line import in_a_process, one_line, snapshot
+from viewer.recorded import Recorded
 
 from simtip.camera import Camera, StereoRig
 from simtip.geometry import Pose
@@ -57,6 +58,23 @@ def test_without_rerun_it_says_how_to_get_it(bench):
     done = in_a_process("view", "run", "--save", "a.rrd", cwd=bench, code=code)
     assert done.returncode == 2
     assert one_line(done.stderr) == "simtip view needs rerun; pip install 'simtip[viewer]'"
+
+
+def test_without_a_file_a_window_is_opened_and_told_all(bench, ask, monkeypatch):
+    """The viewer's process stands aside: what it would be sent goes to a file."""
+    monkeypatch.setenv("DISPLAY", ":0")
+    opened = []
+
+    def spawn(self, **_: object) -> None:
+        opened.append(self)
+        self.save(bench / "window.rrd")
+
+    monkeypatch.setattr("rerun.RecordingStream.spawn", spawn)
+    answer = ask("view", "run")
+    assert answer.code == 0, answer.err
+    assert len(opened) == 1
+    opened[0].disconnect()
+    assert "/world/tip/measured" in Recorded(bench / "window.rrd").entities()
 
 
 def test_a_folder_that_turns_out_spoilt_leaves_no_file(bench, ask, monkeypatch):
