@@ -18,6 +18,7 @@ from simtip.cli.detect import detect
 from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
 from simtip.cli.errors import ClickError, fail, usage
+from simtip.cli.export import export
 from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
@@ -29,6 +30,7 @@ from simtip.cli.rig import rig
 from simtip.cli.run import run
 from simtip.cli.schema import schema
 from simtip.cli.sweep import sweep
+from simtip.cli.view import view
 from simtip.errors import SimtipError
 from simtip.interrupts import INTERRUPTED, NOTHING_WRITTEN
 from simtip.version import __version__
@@ -56,7 +58,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results),
+    *(run, render, remix, measure, detect, sweep, results, export, view),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
