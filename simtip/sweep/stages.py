@@ -146,6 +146,17 @@ class Stages:
             self._lights.give(setting.light, lambda: self._lit(setting, timings))
         return timings.get("render_s")
 
+    def shot(self, trial: Trial) -> tuple[Setting, Shot]:
+        """Give what is true of a trial, and its images, which nobody can change.
+
+        Raises
+        ------
+        InputError
+            There is no such scene.
+        """
+        setting = self._setting(trial)
+        return setting, self._shots.give(setting.images, lambda: self._shot(setting, {}))
+
     def _setting(self, trial: Trial) -> Setting:
         name = digest_of([dict(trial.values), trial.repeat])
         return self._settings.give(name, lambda: self._new_setting(trial))
