@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,7 +53,8 @@ class Limits:
                 "the assertion has no limit", remedy="give px=, along_px=, across_px= or mm="
             )
         for name, limit in given.items():
-            if not (math.isfinite(limit) and limit >= 0):
+            number = isinstance(limit, Real) and not isinstance(limit, bool)
+            if not (number and math.isfinite(limit) and limit >= 0):
                 raise InputError(f"is {limit!r}", field=name, remedy="give a number from 0 on")
 
     def _given(self) -> dict[str, float]:

@@ -91,7 +91,7 @@ def test_seeds_change_the_noise_and_nothing_else(saved):
     read = saved(
         "[save(simtip_pair('tiny.yaml', seed=s), n) for n, s in zip('abcd', (1, 2, 1, None))]"
     )
-    (a, left_a), (b, left_b), (c, left_c), (d, left_d) = map(read, "abcd")
+    (a, left_a), (b, left_b), (_, left_c), (d, left_d) = map(read, "abcd")
     np.testing.assert_array_equal(left_a, left_c)
     np.testing.assert_array_equal(left_a, left_d)  # the scene's own seed is 1
     assert tiny_scene().get("seed", 1) == 1
