@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class Limits:
             if not (number and math.isfinite(limit) and limit >= 0):
                 raise InputError(f"is {limit!r}", field=name, remedy="give a number from 0 on")
 
-    def _given(self) -> dict[str, float]:
+    def _given(self) -> dict[str, Any]:
         values = {one.name: getattr(self, one.name) for one in fields(self)}
         return {name: value for name, value in values.items() if value is not None}
 

@@ -38,7 +38,7 @@ def test_the_words_are_in_the_report_and_point_at_the_tests_own_line(mine):
         [
             f">       {TOO_NEAR}",
             "E       AssertionError: tiny, seed 1: the tip is not within 0.1 px",
-            "E         left: * px off, along +* (short of the tip), across *; found at (*), truly *",
+            "E         left: * px off, along +* (short of the tip), across *; found at (*",
             "E         right: * px off, *",
             "test_mine.py:5: AssertionError",
             "*simtip: true and detected tips*",

@@ -200,19 +200,3 @@ def test_a_sweep_and_a_pair_share_their_cache(mine, ask, monkeypatch, tmp_path):
         "def test(simtip_pair):\n    simtip_pair('tiny.yaml', 4, {'needle.roll_deg': 17.0})\n"
     )
     mine.run(f"--simtip-cache={tmp_path}").assert_outcomes(passed=1)
-
-
-@pytest.mark.slow
-def test_a_time_limit_of_pytests_own_stays_set(mine):
-    """Renders pause the limits of sweeps, which are kept by the same alarm."""
-    mine.write("pytest.ini", "[pytest]\nfaulthandler_timeout = 3\n")
-    mine.test(
-        "import time\n"
-        "def test(simtip_pair):\n"
-        "    simtip_pair('tiny.yaml', 1, {'needle.roll_deg': 31.0})\n"
-        "    time.sleep(4)\n"
-    )
-    done = mine.in_a_process("-s", "--simtip-cache=cache")
-    done.assert_outcomes(passed=1)
-    assert "Timeout (0:00:03)!" in done.stderr.str()
-    assert "in test\n" in done.stderr.str().split("Timeout (0:00:03)!")[1]
