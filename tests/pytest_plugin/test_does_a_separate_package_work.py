@@ -148,6 +148,15 @@ def test_its_failing_test_leaves_a_picture(environment, package):
     assert (red - blue > 80).sum() > 50  # the detected tip's
 
 
+def test_a_program_that_has_imported_simtip_may_run_pytest(environment, tmp_path):
+    """pytest would rewrite the assertions of any package with a plug-in, and complain."""
+    (tmp_path / "test_a.py").write_text("def test(): ...\n")
+    program = "import simtip, pytest; pytest.main(['-W', 'error', '-q'])"
+    said = environment.run("-c", program, cwd=tmp_path)
+    assert "1 passed" in said
+    assert "warning" not in said
+
+
 def test_it_can_do_without(environment, package):
     said = environment.run("-m", "pytest", "-p", "no:simtip", cwd=package, code=1)
     assert "fixture 'simtip_pair' not found" in said
