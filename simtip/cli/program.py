@@ -23,6 +23,7 @@ from simtip.cli.measure import measure
 from simtip.cli.output import say
 from simtip.cli.remix import remix
 from simtip.cli.render import render
+from simtip.cli.report import report
 from simtip.cli.results import results
 from simtip.cli.rig import rig
 from simtip.cli.run import run
@@ -55,7 +56,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results),
+    *(run, render, remix, measure, detect, sweep, results, report),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
