@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 from matplotlib.figure import Figure
 
-from simtip.report.style import GRAY, svg
+from simtip.report.style import BLUE, GRAY, GREEN, ORANGE, svg
 
 SVG = "http://www.w3.org/2000/svg"
 LINK = "{http://www.w3.org/1999/xlink}href"
@@ -21,6 +21,9 @@ THEMED = {
     "#333333": "var(--ink)",
     "#ffffff": "var(--paper)",
     GRAY.lower(): "var(--muted)",
+    BLUE.lower(): "var(--blue)",
+    ORANGE.lower(): "var(--orange)",
+    GREEN.lower(): "var(--green)",
     "#f4f4f4": "var(--sunken)",
     "#b0b0b0": "var(--rule)",
 }
@@ -81,6 +84,8 @@ def _rename(element: ET.Element, name: str) -> None:
         element.attrib["id"] = f"{name}-{element.attrib['id']}"
     target = element.attrib.pop(LINK, None)
     if target is not None:
-        element.attrib["href"] = f"#{name}-{target.removeprefix('#')}"
+        own = target.startswith("#")
+        # Colour bars are pictures, written in lines.
+        element.attrib["href"] = f"#{name}-{target[1:]}" if own else "".join(target.split())
     for key, value in element.attrib.items():
         element.attrib[key] = _REFERENCE.sub(rf"url(#{name}-\1)", value)
