@@ -99,9 +99,9 @@ def codes(name: str, column: pd.Series[Any], always: Sequence[str] = ()) -> Pack
     if numeric and column.nunique() > MOST_CODED:
         return numbers(name, column, whole=True)
     cells = plain(column)
-    known = sorted({cell for cell in cells if cell is not None} | set(always), key=_order)
-    place = {cell: k for k, cell in enumerate(known)}
-    levels = [_shown(cell) for cell in known]
+    known = _known(cells, always)
+    place: dict[Any, int] = {cell: k for k, cell in enumerate(known)}
+    levels = _in_words(known)
     said: dict[str, Any] = {"name": name, "unit": "", "levels": levels, "missing": None}
     said["filled"] = bool(known)
     if any(cell is None for cell in cells):
@@ -114,13 +114,36 @@ def codes(name: str, column: pd.Series[Any], always: Sequence[str] = ()) -> Pack
     return Packed(said, np.array([place[cell] for cell in cells], dtype=kind))
 
 
+def levels_of(column: pd.Series[Any]) -> tuple[NDArray[np.intp], list[str]]:
+    """Give the level of every row (n,), and what the levels are called; missing is the last."""
+    cells = plain(column)
+    known = _known(cells)
+    place: dict[Any, int] = {cell: k for k, cell in enumerate(known)}
+    missing = [MISSING] if any(cell is None for cell in cells) else []
+    place[None] = len(known)
+    return np.array([place[cell] for cell in cells], np.intp), [*_in_words(known), *missing]
+
+
+def _known(cells: Sequence[Any], always: Sequence[str] = ()) -> list[Any]:
+    return sorted({cell for cell in cells if cell is not None} | set(always), key=_order)
+
+
 def _order(cell: Any) -> tuple[bool, Any]:
     return (isinstance(cell, str), cell)
 
 
-def _shown(cell: Any) -> str:
+def _in_words(known: Sequence[Any]) -> list[str]:
+    """Write values so that each differs from the others; numbers with three digits at least."""
+    for digits in range(3, 17):
+        said = [_said(cell, digits) for cell in known]
+        if len(set(said)) == len(said):
+            return said
+    return [str(cell) for cell in known]
+
+
+def _said(cell: Any, digits: int) -> str:
     if isinstance(cell, bool):
         return str(cell).lower()
-    return f"{cell:.6g}" if isinstance(cell, float) else compact(str(cell))
-
-
+    if isinstance(cell, float):
+        return f"{cell:.{digits}g}" if digits < 16 and abs(cell) < 10**digits else f"{cell:.6g}"
+    return compact(str(cell))

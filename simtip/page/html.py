@@ -6,6 +6,7 @@ import base64
 import gzip
 import hashlib
 import json
+import re
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -72,6 +73,11 @@ def _drawn(drawing: Drawing) -> Markup:
     return Markup(themed_svg(drawing.figure, drawing.name, drawing.title))  # noqa: S704 (our own)
 
 
+def _breakable(text: str) -> Markup:
+    """Let names such as ``left_touches_border`` go on in the next line."""
+    return Markup("<wbr>").join(re.split(r"(?<=[_./])(?=\w)", text))  # the parts are escaped
+
+
 def _as_data(value: Any) -> str:
     """Write JSON that no parser of HTML or JavaScript takes for anything else."""
     text = json.dumps(value, allow_nan=False, ensure_ascii=True)
@@ -100,4 +106,5 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters["px"] = lambda value: f"{value:.6g}"
+    made.filters["breakable"] = _breakable
     return made

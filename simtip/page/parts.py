@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
@@ -235,7 +235,7 @@ class Page:
     settings
         For the script, too; plain data.
     still
-        Figures of what the script draws, for those who want files.
+        Draws what the script draws, for those who want files.
     """
 
     title: str
@@ -245,9 +245,9 @@ class Page:
     sections: Sequence[Section]
     data: dict[str, bytes] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
-    still: Sequence[Drawing] = ()
+    still: Callable[[], Sequence[Drawing]] = tuple
 
     def all_figures(self) -> list[Drawing]:
         """Give all figures, those of the page first."""
         own = [part for one in self.sections for part in one.parts if isinstance(part, Drawing)]
-        return [*own, *self.still]
+        return [*own, *self.still()]

@@ -16,6 +16,7 @@ from simtip.page.folder import Results
 from simtip.page.options import Options
 from simtip.page.origin import origin, versions
 from simtip.page.parts import Code, Explorer, Fact, Grid, Page, Part, Section, Words
+from simtip.page.still import still_figures
 from simtip.page.wording import NONE, count, figure, length, lengths, percent
 from simtip.page.worst import worst_section
 from simtip.sweep.columns import FIXED
@@ -63,6 +64,7 @@ def sweep_page(results: Results, options: Options) -> Page:
         sections,
         data,
         settings,
+        lambda: still_figures(frame, varying, options.limit_mm),
     )
 
 

@@ -19,25 +19,11 @@ function levelsOf(column, rows) {
   const place = new Map(cut.map((k, at) => [k, at]));
   return {
     column, left: kept.length - cut.length,
-    labels: labelsOf(column, cut),
+    labels: cut.map((k) => column.levels[k]),
     numbers: column.numbers ? cut.map((k) => column.numbers[k]) : null,
     of: (row) => place.get(column.cells[row]) ?? -1,
     condition: (at) => conditionOf(column, cut[at]),
   };
-}
-
-// Numbers with as few digits as tell them apart, three at least.
-function labelsOf(column, levels) {
-  const whole = levels.map((k) => column.levels[k]);
-  if (!column.numbers) return whole;
-  for (let digits = 3; digits < 6; digits++) {
-    const told = levels.map((k) => {
-      const value = column.numbers[k];
-      return value === null || Number.isInteger(value) ? column.levels[k] : short(Number(value.toPrecision(digits)));
-    });
-    if (new Set(told).size === told.length) return told;
-  }
-  return whole;
 }
 
 function conditionOf(column, level) {

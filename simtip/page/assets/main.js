@@ -4,7 +4,9 @@ async function start() {
   startTheme();
   startCopying();
   startViewers();
-  document.addEventListener("scroll", () => tip.hide(), { passive: true });
+  // Not on every scroll: going to a cell by a key may scroll, too.
+  for (const moved of ["wheel", "touchmove"])
+    document.addEventListener(moved, () => tip.hide(), { passive: true });
   document.addEventListener("pointerdown", (event) => {
     if (!event.target.closest(".chart")) tip.hide();
   });
