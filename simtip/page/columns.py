@@ -82,7 +82,8 @@ def numbers(name: str, column: pd.Series[Any], unit: str = "", *, whole: bool = 
     values = column.to_numpy(dtype=np.float64, na_value=math.nan)
     values = np.where(np.isfinite(values), values, math.nan)
     said = {"name": name, "unit": unit, "whole": whole, "filled": bool((~np.isnan(values)).any())}
-    return Packed(said, values.astype("<f8" if whole else "<f4"))
+    fits = np.nanmax(np.abs(values), initial=0) < np.finfo(np.float32).max
+    return Packed(said, values.astype("<f4" if fits and not whole else "<f8"))
 
 
 def codes(name: str, column: pd.Series[Any], always: Sequence[str] = ()) -> Packed:

@@ -62,3 +62,20 @@ def opened(chromium):
 
     yield open_page
     assert not complaints
+
+
+@pytest.fixture(scope="session")
+def ran(tmp_path_factory):
+    """A folder of `run`, of small images."""
+    import yaml
+    from made_tables import scene_data
+    from typer.testing import CliRunner
+
+    from simtip.cli.program import app
+
+    folder = tmp_path_factory.mktemp("ran")
+    scene = folder / "scene.yaml"
+    scene.write_text(yaml.safe_dump(scene_data(name="<i>small</i>")))
+    done = CliRunner().invoke(app, ["run", str(scene), "-o", str(folder / "run"), "--seed", "5"])
+    assert done.exit_code == 0, done.output
+    return folder / "run"

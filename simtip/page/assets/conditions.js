@@ -7,8 +7,11 @@ function conditionsOf(text) {
   for (let k = 0; k < text.length; k++) {
     const sign = text[k];
     const and = /^\s+and\s+/i.exec(text.slice(k, k + 12));
-    if (quote) quote = sign === quote ? "" : quote;
-    else if (sign === '"' || sign === "'") quote = sign;
+    if (quote) {
+      // A text may hold quotes itself: the last one before the next condition ends it.
+      if (sign === quote && /^\s*($|;|and\s)/i.test(text.slice(k + 1))) quote = "";
+    }
+    else if ((sign === '"' || sign === "'") && /[=<>]\s*$/.test(part)) quote = sign;
     else if (sign === ";" || and) {
       parts.push(part);
       part = "";

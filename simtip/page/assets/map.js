@@ -178,7 +178,7 @@ class ErrorMap {
   }
 
   paint(width) {
-    if (!this.axes || !this.axes.length) {
+    if (!this.axes.length || !this.cells.length) {
       this.chart.replaceChildren(html("p", { class: "note" }, "Nothing is left to show."));
       return;
     }
