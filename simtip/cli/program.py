@@ -21,6 +21,7 @@ from simtip.cli.errors import ClickError, fail, usage
 from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
+from simtip.cli.regress import regress
 from simtip.cli.remix import remix
 from simtip.cli.render import render
 from simtip.cli.report import report
@@ -64,6 +65,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
 for command in COMMANDS:
     app.command()(command)
 app.add_typer(detectors, name="detectors")
+app.add_typer(regress, name="regress")
 app.add_typer(cache, name="cache")
 
 

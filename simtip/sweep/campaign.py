@@ -88,7 +88,13 @@ def prepare(plan: Plan, means: Means) -> Setup:
 
 
 def carry_out(
-    plan: Plan, setup: Setup, out: Path, means: Means, *, retry_failed: bool = False
+    plan: Plan,
+    setup: Setup,
+    out: Path,
+    means: Means,
+    *,
+    retry_failed: bool = False,
+    shared: Pool | None = None,
 ) -> Tally:
     """Work out a sweep, or go on with it.
 
@@ -102,6 +108,9 @@ def carry_out(
         Where it is worked out.
     retry_failed
         Whether trials that failed are tried again.
+    shared
+        Works on several sweeps, one after the other, and is closed by the caller; None is one
+        that `means` asks for.
 
     Raises
     ------
@@ -116,8 +125,8 @@ def carry_out(
         "sweep": setup.sweep,
         "scene": setup.scene,
     }
-    workers = min(means.local_workers, len(plan))
-    pool = Pool(workers, means.scheduler)
+    pool = shared or Pool(min(means.local_workers, len(plan)), means.scheduler)
+    workers = min(pool.workers, len(plan))
     if pool.local:
         renders = max(1, -(-len(plan) // plan.block))
         setup = replace(
@@ -151,4 +160,5 @@ def carry_out(
             remedy="free some space and give the same command: it goes on",
         ) from error
     finally:
-        pool.close()
+        if shared is None:
+            pool.close()

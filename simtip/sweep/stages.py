@@ -146,6 +146,21 @@ class Stages:
             self._lights.give(setting.light, lambda: self._lit(setting, timings))
         return timings.get("render_s")
 
+    def shot(self, trial: Trial) -> Shot:
+        """Give a trial's images, from the cache if they are there.
+
+        Raises
+        ------
+        InputError
+            There can be none of this trial.
+        """
+        setting = self._setting(trial)
+        return self._shots.give(setting.images, lambda: self._shot(setting, {}))
+
+    def truth(self, trial: Trial) -> SceneTruth:
+        """Give what is true of a trial's scene."""
+        return self._setting(trial).truth
+
     def _setting(self, trial: Trial) -> Setting:
         name = digest_of([dict(trial.values), trial.repeat])
         return self._settings.give(name, lambda: self._new_setting(trial))
