@@ -130,7 +130,9 @@ def read_record(folder: Path) -> Record:
             (sizes[0], sizes[1]),
             _reprojection(told["left"]),
             _reprojection(told["right"]),
-            *(_array(distances[name], 1) for name in ("raw", "eight_point", "rig")),
+            _array(distances["raw"], 1),
+            _array(distances["eight_point"], 1),
+            _array(distances["rig"], 1),
             None if told["error_map"] is None else _error_map(told["error_map"]),
         )
         _require_views(record)

@@ -22,9 +22,7 @@ def budget_page(results: Results) -> Page:
         sections = [Section(kind, _title(kind), _shares(kind, one, told)) for kind, one in kinds]
         sections.append(Section("causes", "The causes", _causes(told)))
         sections.append(_origin(results, told, head))
-        return Page(
-            str(told["scene"]), "budget", _verdict(kinds), _facts(kinds, told), sections
-        )
+        return Page(str(told["scene"]), "budget", _verdict(kinds), _facts(kinds, told), sections)
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise damaged(results.folder / "budget.json") from error
 
@@ -40,14 +38,18 @@ def _verdict(kinds: list[tuple[str, dict[str, Any]]]) -> str:
     first = one["shares"][0]
     said = f"The RMS error of the {TITLES[kind]} is {length(one['rms_mm'])}."
     if first["percent"] is not None:
-        said += f" The largest part, {first['percent']:.0f} % of the mean square, is {first['cause']}."
+        said += (
+            f" The largest part, {first['percent']:.0f} % of the mean square, is {first['cause']}."
+        )
     return said
 
 
 def _facts(kinds: list[tuple[str, dict[str, Any]]], told: dict[str, Any]) -> list[Fact]:
     short = {"position": "Position", "step": "Step", "from_start": "From the start"}
     facts = [
-        Fact(f"{short[kind]}: RMS error", length(one["rms_mm"]), f"most: {one['shares'][0]['cause']}")
+        Fact(
+            f"{short[kind]}: RMS error", length(one["rms_mm"]), f"most: {one['shares'][0]['cause']}"
+        )
         for kind, one in kinds
     ]
     recession = told["recession_mm"]
@@ -89,7 +91,10 @@ def _shares(kind: str, one: dict[str, Any], told: dict[str, Any]) -> list[Part]:
         "What each cause adds to the mean square error, from the remainder to the total; whiskers: "
         f"{100 * told['level']:g} % intervals."
     )
-    return [Drawing(f"budget_{kind}", caption, waterfall_figure([panel])), Grid("Shares", heads, rows)]
+    return [
+        Drawing(f"budget_{kind}", caption, waterfall_figure([panel])),
+        Grid("Shares", heads, rows),
+    ]
 
 
 def _square(value: float) -> str:
@@ -109,7 +114,10 @@ def _causes(told: dict[str, Any]) -> list[Part]:
     if told["refused_by_matching"]:
         share = f"{100 * told['refused_by_matching']:.3g} %"
         parts.append(
-            Words([f"Matching would refuse {share} of these measurements; they count here."], note=True)
+            Words(
+                [f"Matching would refuse {share} of these measurements; they count here."],
+                note=True,
+            )
         )
     return parts
 

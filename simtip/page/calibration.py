@@ -78,9 +78,7 @@ def _facts(told: dict[str, Any]) -> Iterator[Fact]:
     distance = told["epipolar_rig_px"]
     yield Fact("Epipolar distance", f"{distance['mean']:.3f} px", f"at most {distance['max']:.3f}")
     deviation = told["std"]["baseline_mm"]
-    yield Fact(
-        "Baseline", f"{told['baseline_mm']:.3f} mm", f"\N{PLUS-MINUS SIGN} {deviation:.4f}"
-    )
+    yield Fact("Baseline", f"{told['baseline_mm']:.3f} mm", f"\N{PLUS-MINUS SIGN} {deviation:.4f}")
     if "error_at_needle_mm" in told:
         step = told["error_at_needle_mm"]["step"]
         worst = max(one["max"] for one in step.values())
@@ -106,7 +104,10 @@ def _rig(told: dict[str, Any]) -> Iterator[Part]:
     yield Grid("Cameras, px", heads, rows)
     std = told["std"]
     pose = [
-        [f"R {k + 1}", *(f"{x:.5f} \N{PLUS-MINUS SIGN} {s:.5f}" for x, s in zip(row, of, strict=True))]
+        [
+            f"R {k + 1}",
+            *(f"{x:.5f} \N{PLUS-MINUS SIGN} {s:.5f}" for x, s in zip(row, of, strict=True)),
+        ]
         for k, (row, of) in enumerate(zip(told["R"], std["R"], strict=True))
     ]
     pose.append(
@@ -122,7 +123,9 @@ def _rig(told: dict[str, Any]) -> Iterator[Part]:
     notes = [f"Left out: view {one['view']}: {one['reason']}" for one in told["views_rejected"]]
     notes += [f"Warning: {warning}" for warning in told["warnings"]]
     if told["corners_rejected"]:
-        notes.append(f"{len(told['corners_rejected'])} corners of views that were used are left out.")
+        notes.append(
+            f"{len(told['corners_rejected'])} corners of views that were used are left out."
+        )
     if told["views_turned"]:
         notes.append(f"Numbered anew in the right image: views {', '.join(told['views_turned'])}.")
     if notes:
@@ -150,7 +153,10 @@ def _per_view(told: dict[str, Any]) -> Grid:
             cells += (
                 [NONE] * 4
                 if one is None
-                else [str(one["points"]), *(f"{one[f'{k}_px']:.3f}" for k in ("mean", "rms", "max"))]
+                else [
+                    str(one["points"]),
+                    *(f"{one[f'{k}_px']:.3f}" for k in ("mean", "rms", "max")),
+                ]
             )
         rows.append(cells)
     heads = ["view", "left points", "mean", "RMS", "max", "right points", "mean", "RMS", "max"]

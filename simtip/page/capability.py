@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from simtip.capability import Agreement, Repeatability
-from simtip.capability.interval import Interval
+from simtip.capability.interval import Array, Interval
 from simtip.capability.limits import Limits
 from simtip.capability.regression import Regression
 from simtip.capability.table import Table, read_table
@@ -29,6 +29,7 @@ from simtip.page.parts import Code, Drawing, Fact, Grid, Page, Part, Section, Wo
 from simtip.page.wording import NONE, count, figure, interval, length, percent
 from simtip.yaml_file.write import dump_yaml
 
+
 def capability_page(results: Results) -> Page:
     """Make the page of a folder of `mca`."""
     told, head = results.json(RESULT), results.json("experiment.json")
@@ -41,11 +42,11 @@ def capability_page(results: Results) -> Page:
         raise damaged(results.folder / RESULT) from error
 
 
-def _table(results: Results, name: str) -> Table:
+def _table(results: Results, name: str) -> tuple[Table, Array]:
     table = read_table(results.folder / name)
     if table.reference is None or "run" not in table.labels or "part" not in table.labels:
         raise damaged(results.folder / name)
-    return table
+    return table, table.reference
 
 
 def _said(told: dict[str, Any]) -> str:
@@ -76,8 +77,8 @@ def _facts(told: dict[str, Any]) -> list[Fact]:
         limits = interval(agreement["bias_mm"], ends)
         facts.append(Fact("Bias", length(agreement["bias_mm"]), f"limits {limits}"))
     if repeated is not None:
-        ends = interval(repeated["sigma_mm"], repeated["sigma_ci_mm"])
-        facts.append(Fact("Repeatability (SD)", length(repeated["sigma_mm"]), ends))
+        around = interval(repeated["sigma_mm"], repeated["sigma_ci_mm"])
+        facts.append(Fact("Repeatability (SD)", length(repeated["sigma_mm"]), around))
         if repeated["p_t_percent"] is not None:
             low, high = repeated["p_t_ci_percent"]
             said = f"[{figure(low)}, {figure(high)}] % of {repeated['tolerance_mm']:g} mm"
@@ -91,16 +92,19 @@ def _facts(told: dict[str, Any]) -> list[Fact]:
     return [*facts, Fact("Position, RMS", length(position["rms_mm"]), at_most)]
 
 
-def _sections(told: dict[str, Any], rows: Table, steps: Table) -> list[Section]:
+def _sections(
+    told: dict[str, Any], whole: tuple[Table, Array], single: tuple[Table, Array]
+) -> list[Section]:
     from simtip.report.accuracy import accuracy_figure
     from simtip.report.bland_altman import bland_altman_figure
 
     level = f"{100 * told['level']:g} % interval"
-    measured, reference = rows.measured, rows.reference
+    (rows, reference), (steps, of_steps) = whole, single
+    measured = rows.measured
     runs = rows.labels["run"]
     sections = []
     if told["accuracy"] is not None:
-        drawn = accuracy_figure(steps.measured, steps.reference)
+        drawn = accuracy_figure(steps.measured, of_steps)
         sections.append(
             Section(
                 "accuracy",
@@ -133,9 +137,7 @@ def _sections(told: dict[str, Any], rows: Table, steps: Table) -> list[Section]:
     return sections
 
 
-def _repeatability(
-    told: dict[str, Any], data: tuple[Table, Any, Any], level: str
-) -> list[Part]:
+def _repeatability(told: dict[str, Any], data: tuple[Table, Any, Any], level: str) -> list[Part]:
     from simtip.report.repeatability import repeatability_figure
 
     rows, measured, reference = data
@@ -191,16 +193,13 @@ def _position(told: dict[str, Any], level: str) -> list[Part]:
     frame = told["registration"]
     if frame is not None:
         error = frame["position_error_mm"]
-        parts.append(
-            Words(
-                [
-                    "Registration of the stage's frame: residuals "
-                    f"{length(frame['fre_rms_mm'])} (FRE), turned by "
-                    f"{frame['rotation_error_deg']:.3g} degrees; tips in that frame are off by "
-                    f"{length(error['rms'])} (RMS), {length(error['max'])} at most."
-                ]
-            )
+        said = (
+            "Registration of the stage's frame: residuals "
+            f"{length(frame['fre_rms_mm'])} (FRE), turned by "
+            f"{frame['rotation_error_deg']:.3g} degrees; tips in that frame are off by "
+            f"{length(error['rms'])} (RMS), {length(error['max'])} at most."
         )
+        parts.append(Words([said]))
     return parts
 
 

@@ -80,9 +80,8 @@ def results_in(folder: Path) -> Results:
         raise InputError(problem, file=folder, remedy=REMEDY)
     for name, kind in FILES:
         if (folder / name).is_file():
-            if kind == "render" and (folder / "result.json").is_file():
-                kind = "run"
-            return Results(folder, kind)
+            measured = kind == "render" and (folder / "result.json").is_file()
+            return Results(folder, "run" if measured else kind)
     if (folder / "experiment.json").is_file():
         return _analysis(folder)
     if (folder / "truth.json").is_file():

@@ -29,6 +29,10 @@ SCRIPTS = (
 """In the order in which they need each other."""
 
 
+_BREAKS = re.compile(r"(?<=[_/])(?=\w)|(?<=[A-Za-z\]]\.)(?=[a-z])")
+"""Where a long name may go on in the next line; a number may not."""
+
+
 def html_of(page: Page) -> str:
     """Write a page.
 
@@ -46,15 +50,19 @@ def html_of(page: Page) -> str:
             "form-action 'none'",
         )
     )
-    return _environment().get_template("page.html").render(
-        page=page,
-        policy=policy,
-        style=Markup(style),  # noqa: S704 (our own)
-        script=Markup(script),  # noqa: S704
-        settings=Markup(_as_data(page.settings)),  # noqa: S704 (escaped)
-        data={name: _packed(content) for name, content in page.data.items()},
-        generator=GENERATOR,
-        drawn=_drawn,
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            page=page,
+            policy=policy,
+            style=Markup(style),  # noqa: S704 (our own)
+            script=Markup(script),  # noqa: S704
+            settings=Markup(_as_data(page.settings)),  # noqa: S704 (escaped)
+            data={name: _packed(content) for name, content in page.data.items()},
+            generator=GENERATOR,
+            drawn=_drawn,
+        )
     )
 
 
@@ -75,7 +83,7 @@ def _drawn(drawing: Drawing) -> Markup:
 
 def _breakable(text: str) -> Markup:
     """Let names such as ``left_touches_border`` go on in the next line."""
-    return Markup("<wbr>").join(re.split(r"(?<=[_./])(?=\w)", text))  # the parts are escaped
+    return Markup("<wbr>").join(_BREAKS.split(text))  # the parts are escaped
 
 
 def _as_data(value: Any) -> str:

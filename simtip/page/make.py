@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from simtip.page.folder import Results
+from simtip.page.folder import Kind, Results
 from simtip.page.options import Options
 from simtip.page.parts import Page
 
@@ -22,25 +23,24 @@ def page_of(results: Results, options: Options) -> Page:
         from simtip.page.sweep import sweep_page
 
         return sweep_page(results, options)
-    if results.kind == "boards":
-        from simtip.page.boards import boards_page
+    return _maker(results.kind)(results)
 
-        return boards_page(results)
-    if results.kind == "calibrate":
-        from simtip.page.calibration import calibration_page
 
-        return calibration_page(results)
-    if results.kind == "mca":
-        from simtip.page.capability import capability_page
-
-        return capability_page(results)
-    if results.kind == "budget":
-        from simtip.page.budget import budget_page
-
-        return budget_page(results)
-    from simtip.page.run import run_page
-
-    return run_page(results)
+def _maker(kind: Kind) -> Callable[[Results], Page]:
+    match kind:
+        case "boards":
+            from simtip.page.boards import boards_page as made
+        case "calibrate":
+            from simtip.page.calibration import calibration_page as made
+        case "mca":
+            from simtip.page.capability import capability_page as made
+        case "budget":
+            from simtip.page.budget import budget_page as made
+        case "regress":
+            from simtip.page.regress import regress_page as made
+        case _:
+            from simtip.page.run import run_page as made
+    return made
 
 
 def write_figures(page: Page, folder: Path) -> list[str]:

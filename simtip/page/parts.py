@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from simtip.report.style import Drawn
 
 Tone = Literal["plain", "good", "bad"]
 
@@ -65,11 +66,18 @@ class Grid:
     def numeric(self) -> list[bool]:
         """Which columns hold numbers: they are set flush right."""
         columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.heads)
-        return [all(map(_looks_like_number, column)) for column in columns]
+        return [any(column) and all(map(_looks_like_number, column)) for column in columns]
+
+
+_NUMBERS = re.compile(
+    "(?:[-+\N{MINUS SIGN}\N{PLUS-MINUS SIGN}\\d\N{NARROW NO-BREAK SPACE}.,/ ]+"
+    "(?:e[-+\N{MINUS SIGN}]?\\d+)?"
+    " ?(?:mm|px|%|s|\N{MICRO SIGN}m)?|\\[.*\\].*|\N{EN DASH})?"
+)
 
 
 def _looks_like_number(cell: str) -> bool:
-    return cell[:1] in "0123456789+-\N{MINUS SIGN}\N{EN DASH}\N{PLUS-MINUS SIGN}["
+    return _NUMBERS.fullmatch(cell) is not None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +96,7 @@ class Drawing:
 
     name: str
     title: str
-    figure: Figure
+    figure: Drawn
     shape: str = "drawing"
 
 

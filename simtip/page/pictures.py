@@ -76,7 +76,9 @@ def overview(shown: Picture, most_px: int, quality: int = 84) -> Layer:
     if shrunk < 1:
         size = max(1, round(width * shrunk)), max(1, round(height * shrunk))
         small = np.asarray(cv2.resize(shown, size, interpolation=cv2.INTER_AREA), np.uint8)
-    return Layer(_uri(small, ".jpg", [cv2.IMWRITE_JPEG_QUALITY, quality]), -0.5, -0.5, width, height)
+    return Layer(
+        _uri(small, ".jpg", [cv2.IMWRITE_JPEG_QUALITY, quality]), -0.5, -0.5, width, height
+    )
 
 
 def as_8_bit(image: NDArray[Any], white_dn: float) -> Picture:
@@ -90,9 +92,7 @@ def _inside(point: Point, width: int, height: int) -> bool:
     return -0.5 <= point[0] < width - 0.5 and -0.5 <= point[1] < height - 0.5
 
 
-def _focus(
-    tips: Sequence[Point], width: int, height: int
-) -> tuple[float, float, float, float]:
+def _focus(tips: Sequence[Point], width: int, height: int) -> tuple[float, float, float, float]:
     """Give the part of an image that holds all its tips with some room, (u, v, width, height)."""
     if not tips:
         return -0.5, -0.5, float(width), float(height)

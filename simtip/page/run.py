@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +86,11 @@ def _facts(result: dict[str, Any] | None, manifest: dict[str, Any]) -> list[Fact
         if error is not None:
             across = signed(error["across"], "px")
             facts.append(
-                Fact(f"{side.title()} view", f"{signed(error['along'], 'px')} along", f"{across} across")
+                Fact(
+                    f"{side.title()} view",
+                    f"{signed(error['along'], 'px')} along",
+                    f"{across} across",
+                )
             )
     distance = result.get("epipolar_distance_px")
     if distance is not None:
@@ -99,9 +102,7 @@ def _facts(result: dict[str, Any] | None, manifest: dict[str, Any]) -> list[Fact
     return [*facts, *shared]
 
 
-def _views(
-    folder: Path, truth: dict[str, Any], result: dict[str, Any] | None
-) -> list[View]:
+def _views(folder: Path, truth: dict[str, Any], result: dict[str, Any] | None) -> list[View]:
     detected = dict.fromkeys(SIDES) if result is None else result["tip_detected_px"]
     lines = _lines(folder, detected)
     errors = dict.fromkeys(SIDES) if result is None else result["error_px"]
@@ -199,7 +200,7 @@ def _error(result: dict[str, Any]) -> list[Part]:
     return parts
 
 
-def _pixels(result: dict[str, Any]) -> list[Sequence[str]]:
+def _pixels(result: dict[str, Any]) -> list[list[str]]:
     rows = []
     for side in SIDES:
         error = result["error_px"][side] or {}
@@ -267,7 +268,9 @@ def _origin(results: Results, manifest: dict[str, Any], scene: str) -> Section:
         said = f"Not as they were written: {', '.join(changed)}. What is shown is what is there."
         parts.append(Words([said], note=True))
     parts.append(Code("The scene, with every default", scene, "scene.yaml", folded=True))
-    return origin(results.folder, facts, [n for n in listed if (results.folder / n).is_file()], parts)
+    return origin(
+        results.folder, facts, [n for n in listed if (results.folder / n).is_file()], parts
+    )
 
 
 def _changed(folder: Path, listed: dict[str, Any]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,12 +49,15 @@ def still_figures(
 
 def _two(frame: pd.DataFrame, names: Sequence[str]) -> tuple[str, str] | None:
     """Choose the two factors with most levels, numbers before texts."""
+    import pandas as pd
+
     fitting = [name for name in names if frame[name].nunique(dropna=False) <= MOST_LEVELS]
-    ranked = sorted(
-        fitting,
-        key=lambda name: (kind_of(frame[name]) == "text", -frame[name].nunique(dropna=False)),
-    )
+    ranked = sorted(fitting, key=lambda name: _rank(pd.Series(frame[name])))
     return (ranked[0], ranked[1]) if len(ranked) > 1 else None
+
+
+def _rank(column: pd.Series[Any]) -> tuple[bool, int]:
+    return kind_of(column) == "text", -column.nunique(dropna=False)
 
 
 def _map(

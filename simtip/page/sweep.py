@@ -41,7 +41,7 @@ def sweep_page(results: Results, options: Options) -> Page:
     varying = [
         name
         for name in (*factors, "detector", "repeat")
-        if name in frame and frame[name].nunique(dropna=False) > 1
+        if name in frame and len(frame[name].drop_duplicates()) > 1
     ]
     if options.bound is not None and len(frame):
         frame = _with_bounds(table, frame, factors, options)
@@ -99,9 +99,7 @@ def _verdict(table: Table, frame: pd.DataFrame) -> str:
     parts.append(f"A tip was found in {count(found)} of {count(len(frame))} trials.")
     if len(errors) > 1:
         middle, most = lengths(float(np.median(errors)), float(np.percentile(errors, 95)))
-        parts.append(
-            f"Of those, half are within {middle} of the true tip, 95 % within {most}."
-        )
+        parts.append(f"Of those, half are within {middle} of the true tip, 95 % within {most}.")
     return " ".join(parts)
 
 
@@ -175,9 +173,7 @@ def _explorers(varying: Sequence[str], shown: Told) -> list[Section]:
     ]
 
 
-def _overview(
-    frame: pd.DataFrame, factors: Sequence[str], varying: Sequence[str]
-) -> list[Part]:
+def _overview(frame: pd.DataFrame, factors: Sequence[str], varying: Sequence[str]) -> list[Part]:
     if not len(frame):
         return [Words(["No trial has come to its end yet."])]
     parts: list[Part] = []

@@ -21,8 +21,7 @@ def lengths(*values: float | None) -> list[str]:
     known = [value for value in values if value is not None and math.isfinite(value)]
     scale = scale_for(known or [0.0])
     return [
-        NONE if value is None or not math.isfinite(value) else scale.text(value)
-        for value in values
+        NONE if value is None or not math.isfinite(value) else scale.text(value) for value in values
     ]
 
 

@@ -189,10 +189,8 @@ def again_parts(number: int, trial: Again) -> Iterator[Part]:
         what = f"Scene that its light was rendered for ({light})"
         yield Code(what, dump_scene(trial.light), light, folded=True)
     if not trial.same_light:
-        yield Words(
-            [
-                "Its light or images were made by other code than is installed, or on another "
-                "back end: run again, the error may be slightly different."
-            ],
-            note=True,
+        said = (
+            "Its light or images were made by other code than is installed, or on another back "
+            "end: run again, the error may be slightly different."
         )
+        yield Words([said], note=True)

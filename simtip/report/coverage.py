@@ -34,9 +34,7 @@ def coverage_figure(calibration: Record) -> Figure:
         strict=True,
     ):
         pixels = of.corners.pixels
-        ax.add_patch(
-            Rectangle((-0.5, -0.5), width, height, fc="#f4f4f4", ec=GRAY, lw=1)
-        )
+        ax.add_patch(Rectangle((-0.5, -0.5), width, height, fc="#f4f4f4", ec=GRAY, lw=1))
         hull = _hull(pixels)
         ax.add_patch(Polygon(hull, fill=False, ec=GRAY, lw=1, ls="--"))
         order = np.argsort(length)

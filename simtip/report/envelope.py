@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from simtip.geometry import Array
-from simtip.report.scale import Scale, scale_for
+from simtip.report.scale import LEAST, Scale, scale_for
 from simtip.report.style import SMALL, literal, new_figure
 
 MOST_WRITTEN = 300
@@ -82,9 +82,8 @@ def envelope_figure(found: Envelope) -> Figure:
     axes.set_xticks(np.arange(columns) + 0.5, _cut(found.across))
     axes.set_yticks(np.arange(rows) + 0.5, _cut(found.up))
     if max(map(len, found.across)) > 6:
-        axes.tick_params(axis="x", rotation=40)
         for label in axes.get_xticklabels():
-            label.set_ha("right")
+            label.set(rotation=40, ha="right")
     axes.tick_params(length=0, labelsize=SMALL)
     axes.set_xlabel(literal(found.factors[0]))
     axes.set_ylabel(literal(found.factors[1]))
@@ -110,10 +109,13 @@ def _most(shown: Array) -> tuple[float | None, Literal["neither", "max"]]:
 
 
 def _numbers(axes: Axes, found: Envelope, scale: Scale, mesh: QuadMesh) -> None:
+    low, high = mesh.get_clim()
+    low, high = (0.0, 1.0) if low is None or high is None else (low, high)
     for (row, column), value in np.ndenumerate(found.error_mm):
         if np.isfinite(value):
             text = scale.number(value)
-            color = "white" if float(mesh.norm(scale.factor * value)) > DARK else "black"
+            shade = (scale.factor * value - low) / max(high - low, LEAST)
+            color = "white" if shade > DARK else "black"
         elif np.isfinite(found.rate[row, column]):
             text, color = "\N{MULTIPLICATION SIGN}", "#666666"
         else:
@@ -142,6 +144,5 @@ def _outline(inside: NDArray[np.bool_]) -> list[list[tuple[float, float]]]:
 
 def _cut(labels: Sequence[str]) -> list[str]:
     return [
-        literal(label if len(label) <= LONGEST else f"{label[: LONGEST - 2]}..")
-        for label in labels
+        literal(label if len(label) <= LONGEST else f"{label[: LONGEST - 2]}..") for label in labels
     ]

@@ -135,9 +135,7 @@ class Remaking:
         )
         return Shot(done.images, done.spec.sensor.exposure_s)
 
-    def _views(
-        self, key: object, lit: SceneSpec, progress: Progress | None
-    ) -> tuple[View, View]:
+    def _views(self, key: object, lit: SceneSpec, progress: Progress | None) -> tuple[View, View]:
         kept = self._entry(LIGHT, key)
         if kept is not None:
             try:

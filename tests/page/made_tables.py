@@ -18,7 +18,9 @@ from simtip.sweep.table import Table
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
-HOSTILE = "</script><script>alert(1)</script>\"'&<img src=x onerror=alert(2)>\u2028$x$ " + "long " * 40
+HOSTILE = (
+    "</script><script>alert(1)</script>\"'&<img src=x onerror=alert(2)>\u2028$x$ " + "long " * 40
+)
 """What no page may take for anything but text."""
 
 
@@ -36,7 +38,13 @@ def provenance(trials: int, factors: dict, detectors: list | None = None, **scen
     if detectors is not None:
         sweep["detectors"] = detectors
     said = {"sweep": json.dumps(sweep), "scene": json.dumps(scene_data(**scene))}
-    return {"trials": trials, "simtip": "0.1.0", "python": "3.11", "packages": {"numpy": "2"}, **said}
+    return {
+        "trials": trials,
+        "simtip": "0.1.0",
+        "python": "3.11",
+        "packages": {"numpy": "2"},
+        **said,
+    }
 
 
 def row(k: int, error_mm: float | None = 0.1, **more) -> dict[str, object]:
@@ -50,13 +58,21 @@ def row(k: int, error_mm: float | None = 0.1, **more) -> dict[str, object]:
     errors: dict[str, object] = dict.fromkeys([*names, *views, "error_norm_mm"])
     if error_mm is not None:
         errors |= dict(zip(names, (error_mm * 0.6, -error_mm * 0.8, 0.0), strict=True))
-        errors |= {name: 10 * error_mm for name in views}
+        errors |= dict.fromkeys(views, 10 * error_mm)
         errors["error_norm_mm"] = error_mm
     ok = {"status": "ok", "reason": ""} if error_mm is not None else {
         "status": "left_touches_border", "reason": "left: it touches the border"
     }  # fmt: skip
     said = {"key": hashlib.sha256(b"%d" % k).hexdigest(), "trial": k, "repeat": 0}
-    return {**said, "detector": "lin2020", "noise_seed": k, "detect_s": 0.01, **errors, **ok, **more}
+    return {
+        **said,
+        "detector": "lin2020",
+        "noise_seed": k,
+        "detect_s": 0.01,
+        **errors,
+        **ok,
+        **more,
+    }
 
 
 def make(folder: Path, columns: list[tuple[str, str]], rows: list[dict], **said) -> Path:
@@ -80,7 +96,9 @@ def grid(folder: Path, *, repeats: int = 3, **said) -> Path:
                     error = float(base * rng.uniform(0.9, 1.1) * (2 if label == "other" else 1))
                     lost = threshold == 140 and power > 1 and repeat == 0
                     more = {"detect.threshold": threshold, "lamps[0].power": power}
-                    one = row(len(rows), None if lost else error, repeat=repeat, detector=label, **more)
+                    one = row(
+                        len(rows), None if lost else error, repeat=repeat, detector=label, **more
+                    )
                     rows.append(one)
     columns = [("detect.threshold", "int"), ("lamps[0].power", "float")]
     factors = {"detect.threshold": [60, 80, 100, 120, 140], "lamps[0].power": [0.5, 1.0, 1.5, 2.25]}

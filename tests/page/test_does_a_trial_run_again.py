@@ -131,7 +131,11 @@ def test_a_detector_that_is_a_program_is_not_started(tmp_path):
     detectors = [{"name": reference, "label": "lin2020"}, {"name": "os:system", "label": "mine"}]
     factors = {"detect.threshold": [60, 61]}
     folder = make(
-        tmp_path / "sweep", [("detect.threshold", "int")], rows, detectors=detectors, factors=factors
+        tmp_path / "sweep",
+        [("detect.threshold", "int")],
+        rows,
+        detectors=detectors,
+        factors=factors,
     )
     (first, *_) = entries(folder, tmp_path / "cache", 2)
     assert not flag.exists()

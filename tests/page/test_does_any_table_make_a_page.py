@@ -14,7 +14,8 @@ from simtip.page.options import Options
 
 
 def text_of(html: str) -> str:
-    return re.sub(r"[ \n]+", " ", re.sub(r"<[^>]+>", " ", html.split("<main")[0].split("<h1>")[1]))
+    head = html.split("<main", maxsplit=1)[0].split("<h1>", maxsplit=1)[1]
+    return re.sub(r"[ \n]+", " ", re.sub(r"<[^>]+>", " ", head))
 
 
 def test_a_running_sweep_says_how_far_it_is(tmp_path):
@@ -46,7 +47,11 @@ CASES = {
     "text factors": (
         [("needle.tip", "text"), ("rig.measured", "text")],
         [
-            row(k, 0.1 * k, **{"needle.tip": '{"kind": "cone"}' if k % 2 else "x", "rig.measured": m})
+            row(
+                k,
+                0.1 * k,
+                **{"needle.tip": '{"kind": "cone"}' if k % 2 else "x", "rig.measured": m},
+            )
             for k, m in enumerate(["a", "b", None, "a"])
         ],
     ),
@@ -57,7 +62,11 @@ CASES = {
     "spread over a range": (
         [("lamps[0].power", "float"), ("needle.roll_deg", "float")],
         [
-            row(k, 0.1 + k * 1e-5, **{"lamps[0].power": 10 ** (k / 900), "needle.roll_deg": k * 7 % 360.0})
+            row(
+                k,
+                0.1 + k * 1e-5,
+                **{"lamps[0].power": 10 ** (k / 900), "needle.roll_deg": k * 7 % 360.0},
+            )
             for k in range(2500)
         ],
     ),

@@ -25,7 +25,8 @@ def cells(page):
         """() => {
             const found = {};
             document.querySelectorAll(".map [data-cell]").forEach((cell) => {
-                cell.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX: 9, clientY: 9 }));
+                const over = { bubbles: true, clientX: 9, clientY: 9 };
+                cell.dispatchEvent(new PointerEvent("pointermove", over));
                 const tip = document.getElementById("tip");
                 const names = [...tip.querySelectorAll("dt")].map((one) => one.textContent);
                 const values = [...tip.querySelectorAll("dd")].map((one) => one.textContent);
@@ -115,8 +116,8 @@ def test_the_filter_is_that_of_simtip_results(swept, opened):
             expected = len(filtered(frame, conditions))
             assert 0 < expected < len(frame)
             page.wait_for_function(
-                "count => document.querySelector('.pager span').textContent.endsWith(` of ${count} trials`)",
-                arg=expected,
+                "said => document.querySelector('.pager span').textContent.endsWith(said)",
+                arg=f" of {expected} trials",
                 timeout=3000,
             )
         box.fill("no_such_column<3")
@@ -129,7 +130,10 @@ def test_the_table_sorts_turns_pages_and_is_saved(swept, opened):
     frame = Table.open(folder).frame()
     with opened(file) as page:
         page.click(".trials th button[title=error_x_mm]")
-        first = [page.locator(f".trials tbody tr:nth-child({k}) td:first-child").inner_text() for k in (1, 2)]
+        first = [
+            page.locator(f".trials tbody tr:nth-child({k}) td:first-child").inner_text()
+            for k in (1, 2)
+        ]
         ranked = frame.sort_values("error_x_mm", ascending=False, kind="stable")["trial"]
         assert first == [str(k) for k in ranked.head(2)]
         page.click(".pager button:has-text('Next')")
@@ -171,7 +175,9 @@ def test_it_prints(swept, opened):
     with opened(file, scheme="dark") as page:
         assert page.pdf(format="A4").startswith(b"%PDF")
         page.emulate_media(media="print")
-        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        assert (
+            page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        )
 
 
 def test_a_factor_alone_makes_a_curve(tmp_path, opened):

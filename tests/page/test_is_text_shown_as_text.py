@@ -1,4 +1,4 @@
-"""Names and values that hold HTML, script, quotes and odd line ends: are they shown, and no more?"""
+"""Names and values that hold HTML, script and quotes: are they shown as text, and no more?"""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ def hostile(tmp_path):
     """A sweep in which every text that a user has a say in is hostile."""
     rows = []
     for k in range(12):
-        more = {"needle.tip": f"{HOSTILE}{k % 3}", "lamps[0].name": HOSTILE, "detect.threshold": k % 4}
+        more = {
+            "needle.tip": f"{HOSTILE}{k % 3}",
+            "lamps[0].name": HOSTILE,
+            "detect.threshold": k % 4,
+        }
         one = row(k, 0.1 * (k + 1) if k else None, detector=HOSTILE if k % 2 else "lin2020", **more)
         rows.append({**one, "reason": HOSTILE} if not k else one)
     columns = [("needle.tip", "text"), ("lamps[0].name", "text"), ("detect.threshold", "int")]

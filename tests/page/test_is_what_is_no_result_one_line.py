@@ -1,4 +1,4 @@
-"""Folders that hold nothing, too little or something else: one line, exit code 2, nothing written."""
+"""Folders that hold nothing, too little or something else: one line, and nothing written."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ def test_a_folder_that_is_none(tmp_path, complaint):
     (tmp_path / "empty").mkdir()
     said = complaint(tmp_path / "empty")
     assert "holds no results of simtip" in said
-    assert all(kind in said for kind in ("sweep", "mca", "budget", "boards", "calibrate", "regress"))
+    assert all(
+        kind in said for kind in ("sweep", "mca", "budget", "boards", "calibrate", "regress")
+    )
     assert not list((tmp_path / "empty").iterdir())
 
 
