@@ -30,6 +30,7 @@ def scene_data(**parts) -> dict:
     data["rig"]["left"]["roi"] = [770, 760, 100, 150]
     data["rig"]["right"]["roi"] = [983, 755, 100, 150]
     data["render"] = {"noise": None, "samples": 4, "light_step_mm": 4.0}
+    data["detect"] = {"name": "lin2020", "min_area_px": 300}
     return data | parts
 
 

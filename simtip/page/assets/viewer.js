@@ -35,7 +35,7 @@ class Viewer {
     const svg = this.svg;
     svg.addEventListener("wheel", (event) => {
       // A page that is being scrolled goes on: zooming begins with a click, or with Ctrl.
-      if (!event.ctrlKey && document.activeElement !== svg) return;
+      if (!event.ctrlKey && !this.frame.contains(document.activeElement)) return;
       event.preventDefault();
       this.zoom(Math.exp(event.deltaY * 0.0016), this.at(event));
     }, { passive: false });
@@ -48,7 +48,7 @@ class Viewer {
     for (const end of ["pointerup", "pointercancel"])
       svg.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
     svg.addEventListener("dblclick", (event) => this.zoom(1 / 2, this.at(event)));
-    svg.addEventListener("keydown", (event) => this.key(event));
+    this.frame.addEventListener("keydown", (event) => this.key(event));
   }
 
   key(event) {
