@@ -40,7 +40,9 @@ const tip = {
   },
 };
 
+// The label's own name would have all options of a choice in it.
 function labelled(text, control) {
+  if (!control.hasAttribute("aria-label")) control.setAttribute("aria-label", text);
   return html("label", {}, text, control);
 }
 
