@@ -25,6 +25,7 @@ from simtip.cli.output import say
 from simtip.cli.regress import regress
 from simtip.cli.remix import remix
 from simtip.cli.render import render
+from simtip.cli.report import report
 from simtip.cli.results import results
 from simtip.cli.rig import rig
 from simtip.cli.run import run
@@ -58,7 +59,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results, export, view),
+    *(run, render, remix, measure, detect, sweep, results, report, export, view),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""

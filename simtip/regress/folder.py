@@ -8,7 +8,8 @@ from simtip.errors import InputError
 from simtip.regress.performed import SWEEPS
 from simtip.regress.result import RESULT
 
-OWN = {SWEEPS, RESULT}
+OWN = {SWEEPS, RESULT, "report.html"}
+"""What may be in it; the last is what `simtip report` makes of it."""
 
 
 def check_folder(folder: Path) -> None:
