@@ -161,7 +161,9 @@ def test_a_picture_is_zoomed_by_wheel_keys_and_buttons(made, opened):
         assert width() == 100
         mark = view.locator(".mark.true").get_attribute("transform")
         shown.keyboard.press("+")
-        assert view.locator(".mark.true").get_attribute("transform") != mark, "marks keep their size"
+        assert view.locator(".mark.true").get_attribute("transform") != mark, (
+            "marks keep their size"
+        )
 
 
 def test_the_exact_picture_is_pixel_for_pixel(made):
