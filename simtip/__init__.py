@@ -11,6 +11,8 @@ The whole road in two calls::
 `simulate` and `measure_pair` are its two halves; the second works on images of any origin.
 Importing simtip loads neither Mitsuba nor Dr.Jit: the first render does. What else it takes is
 loaded when it is first asked for.
+
+PYTEST_DONT_REWRITE: who runs pytest from a program that has imported simtip shall not be warned.
 """
 
 from importlib import import_module

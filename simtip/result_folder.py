@@ -16,7 +16,7 @@ from simtip.image_file import write_png
 from simtip.light_file import Lights, lights_name, write_lights
 from simtip.measuring_rig import measuring_rig
 from simtip.noise_budget import noise_summary
-from simtip.overlay import draw_view, side_by_side
+from simtip.overlay import side_by_side
 from simtip.provenance import backend_facts, environment
 from simtip.render import View
 from simtip.render.setting import clutter_setting
@@ -24,6 +24,7 @@ from simtip.rig_file import write_rig
 from simtip.scene_file import dump_scene
 from simtip.simulation import Simulation
 from simtip.trial import Trial
+from simtip.trial_overlay import trial_overlay
 
 MEASURED = "rig_measured.yaml"
 
@@ -80,31 +81,12 @@ def _truth(simulation: Simulation) -> dict[str, Any]:
 def write_trial(folder: Path, trial: Trial) -> None:
     """Write the result and the pictures to judge it by into a simulation's folder."""
     _write_json(folder / "result.json", trial.to_dict())
-    simulation, measurement = trial.simulation, trial.measurement
-    truth, match = simulation.truth, measurement.match
-    lines = (None, None) if match is None else (match.line_left, match.line_right)
-    white_dn = 2**simulation.spec.sensor.bit_depth - 1
-    pictures = []
-    for side, image, view, seen, line in zip(
-        ("left", "right"),
-        simulation.images,
-        (truth.left, truth.right),
-        (measurement.left, measurement.right),
-        lines,
-        strict=True,
-    ):
-        picture = draw_view(
-            image,
-            title=f"{simulation.spec.name}: {side}",
-            tip_true_px=view.tip_px,
-            tip_detected_px=seen.tip_px,
-            epipolar_line=line,
-            axis_px=view.axis_px,
-            reason=seen.reason or None,
-            white_dn=white_dn,
-        )
+    simulation = trial.simulation
+    pictures = trial_overlay(
+        simulation.images, simulation.truth, simulation.spec, trial.measurement
+    )
+    for side, picture in zip(("left", "right"), pictures, strict=True):
         write_png(folder / f"{side}_overlay.png", picture)
-        pictures.append(picture)
     write_png(folder / "overlay.png", side_by_side(*pictures))
 
 

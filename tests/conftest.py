@@ -27,6 +27,9 @@ from simtip.render.backend import choose
 from simtip.scene_file import load_scene
 from simtip.spec import SceneSpec
 
+# For the tests of the plug-in: pytest takes this from the outermost folder of tests only.
+pytest_plugins = ["pytester"]
+
 # The command line is built anew for every call, which takes longer than most of what is asked.
 typer.main.get_command = cache(typer.main.get_command)
 

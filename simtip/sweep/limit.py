@@ -45,13 +45,14 @@ class Limit:
     @contextlib.contextmanager
     def paused(self) -> Iterator[None]:
         """Begin to count anew after the block, which may take its time: a render."""
-        counted = self._counts
+        if not self._counts:  # somebody else's alarm may be set
+            yield
+            return
         self.__exit__()
         try:
             yield
         finally:
-            if counted:
-                self.__enter__()
+            self.__enter__()
 
 
 @cache

@@ -1,5 +1,6 @@
 """Which trial is blamed when a process dies, and what becomes of the others of its job?"""
 
+import faulthandler
 import os
 import signal
 import sys
@@ -71,6 +72,20 @@ def test_a_note_says_what_came_last(tmp_path):
 def test_where_no_note_can_be_written_work_goes_on(tmp_path):
     with Note(str(tmp_path / "missing" / "note")) as note:
         note.at(1)
+
+
+def test_a_pause_leaves_somebody_elses_alarm_as_it_is(tmp_path):
+    """Such as pytest's faulthandler_timeout, where a test renders."""
+    with (tmp_path / "alarm").open("w+") as file:
+        faulthandler.dump_traceback_later(0.2, file=file)
+        try:
+            with Limit(100.0).paused():
+                pass
+            time.sleep(0.5)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+        file.seek(0)
+        assert "Timeout" in file.read()
 
 
 def told(path, ended):

@@ -1,0 +1,153 @@
+from __future__ import annotations
+
+import pytest
+
+from simtip.render.backend import Verdict
+
+
+def complaint(done: pytest.RunResult) -> str:
+    """Give the one line of a run's only failure."""
+    lines = [line for line in done.outlines if line.startswith("simtip: ")]
+    assert len(lines) == 1, done.outlines
+    said = done.stdout.str() + done.stderr.str()
+    assert "Traceback" not in said
+    assert "factory.py" not in said
+    assert "INTERNALERROR" not in said
+    return lines[0].removeprefix("simtip: ")
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        ("simtip_pair('none.yaml')", "there is no scene 'none.yaml' in "),
+        ("simtip_pair('/none.yaml')", "there is no scene '/none.yaml'; name another file"),
+        (
+            "simtip_pair(5)",
+            "a scene is a file, a SceneSpec or standard:NAME, not int; give one of them",
+        ),
+        ("simtip_pair('broken.yaml')", "broken.yaml:60: needle.tip_m: unknown key"),
+        ("simtip_pair('tiny.yaml', -1)", "seed: is -1; give a whole number from 0 to 2**63 - 1"),
+        ("simtip_pair('tiny.yaml', 1.0)", "seed: is 1.0; give a whole number from 0 to 2**63 - 1"),
+        ("simtip_pair('tiny.yaml', True)", "seed: is True; give a whole number"),
+        (
+            "simtip_pair('tiny.yaml', changes={'needle.rol_deg': 1})",
+            "needle.rol_deg: is no field of the scene; did you mean 'needle.roll_deg'?",
+        ),
+        ("simtip_pair('tiny.yaml', changes={'needle.roll_deg': 'x'})", "needle.roll_deg: "),
+        (
+            "simtip_pair('tiny.yaml', changes={'needle.roll_deg': {1}})",
+            "needle.roll_deg: is of the type set",
+        ),
+        (
+            "simtip_pair('tiny.yaml', changes={'lamps[-1].power': 1})",
+            "lamps[-1].power: counts from the end",
+        ),
+        ("simtip_pair('tiny.yaml', changes={'needle.tip_mm': [0, 0, -9]})", "needle.tip_mm: "),
+        (
+            "simtip_pair('tiny.yaml', changes={'rig.measured': 'no.yaml'})",
+            "there is no rig 'no.yaml' in ",
+        ),
+        (
+            "simtip_pair('standard:nominl')",
+            "the suite 'standard' has no case 'nominl'; did you mean 'nominal'?",
+        ),
+        (
+            "simtip_pair('standard:lamps')",
+            "lamps[0].power: varies in the case 'lamps' of the suite standard; give it in changes",
+        ),
+        (
+            "simtip_pair('tiny.yaml').measure('lin202')",
+            "detect.name: there is no detector 'lin202'; did you mean",
+        ),
+        ("simtip_pair('tiny.yaml').measure('lin2020', threshol=1)", "detect.threshol: "),
+        ("simtip_pair('tiny.yaml').measure(lowest_dark, levl=1)", "detect.levl: "),
+        (
+            "simtip_pair('tiny.yaml').measure(5)",
+            "detect.name: int is of the type int, not a detector",
+        ),
+        ("simtip_pair('tiny.yaml').assert_tip_within(lowest_dark)", "the assertion has no limit"),
+        (
+            "simtip_pair('tiny.yaml').assert_tip_within(lowest_dark, px=-2)",
+            "px: is -2; give a number from 0 on",
+        ),
+    ],
+)
+def test_in_a_test(mine, call, said):
+    scene = (mine.path / "tiny.yaml").read_text()
+    mine.write("broken.yaml", scene.replace("tip_mm:", "tip_m:"))
+    mine.test(f"def test(simtip_pair):\n    {call}")
+    done = mine.run()
+    done.assert_outcomes(failed=1)
+    line = complaint(done)
+    assert line.replace(f"{mine.path}/", "").startswith(said), line
+
+
+@pytest.mark.parametrize(
+    ("marked", "said"),
+    [
+        ("suite='none.yaml'", "@pytest.mark.simtip: there is no suite 'none.yaml' in "),
+        ("cases=['nominl']", "the suite 'standard' has no case 'nominl'; did you mean 'nominal'?"),
+        ("cases=[]", "@pytest.mark.simtip: has cases=[]; give a list of names"),
+        ("cases=[3]", "@pytest.mark.simtip: has cases=[3]; give a list of names"),
+        ("repeats=0", "@pytest.mark.simtip: has repeats=0; give a whole number from 1 on"),
+        ("repeats=True", "@pytest.mark.simtip: has repeats=True; give a whole number from 1 on"),
+        ("case='nominal'", "@pytest.mark.simtip: knows no 'case'; known: suite, cases, repeats"),
+        ("'standard'", "@pytest.mark.simtip: takes names only; write e.g. suite='standard'"),
+        ("suite='broken.yaml'", "broken.yaml:1: cases: is missing"),
+        ("suite='odd.yaml'", "odd.yaml:2: needle.rol_deg: is no field of the scene"),
+    ],
+)
+def test_in_a_marker(mine, marked, said):
+    mine.write("broken.yaml", "name: broken\n")
+    mine.write(
+        "odd.yaml",
+        "name: odd\ncases: [{name: a, scene: tiny.yaml, repeats: 2, base: {needle.rol_deg: 1}}]\n",
+    )
+    mine.test(f"@pytest.mark.simtip({marked})\ndef test(simtip_suite): ...")
+    done = mine.run()
+    done.assert_outcomes(errors=1)
+    line = complaint(done)
+    assert line.replace(f"{mine.path}/", "").startswith(said), line
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (
+            "--simtip-backend=gpu",
+            "--simtip-backend: there is no back end 'gpu'; choose from auto, cuda, llvm, scalar",
+        ),
+        ("--simtip-seed=-1", "--simtip-seed: is -1; give a whole number from 0 to 2**63 - 1"),
+        (
+            "--simtip-cache=tiny.yaml",
+            "tiny.yaml: cannot be used as a cache (Not a directory); name another folder",
+        ),
+        ("--simtip-suite=none.yaml", "--simtip-suite: there is no suite 'none.yaml' in "),
+    ],
+)
+def test_on_the_command_line(mine, option, said):
+    if "suite" in option:
+        mine.test("def test(simtip_suite): ...")
+    else:
+        mine.test("def test(simtip_pair): ...")
+    done = mine.run(option)
+    done.assert_outcomes(errors=1)
+    line = complaint(done)
+    assert line.replace(f"{mine.path}/", "").startswith(said), line
+
+
+def test_a_back_end_that_does_not_work(mine, monkeypatch):
+    broken = Verdict(ok=False, detail="no GPU")
+    monkeypatch.setattr("simtip.render.backend.try_cuda", lambda: broken)
+    mine.test("def test(simtip_pair): ...")
+    done = mine.run("--simtip-backend=cuda")
+    done.assert_outcomes(errors=1)
+    assert complaint(done) == "CUDA does not work here: no GPU; see `simtip doctor`"
+
+
+def test_the_other_tests_go_on(mine):
+    mine.test(
+        "def test_bad(simtip_pair):\n    simtip_pair('none.yaml')\n"
+        "def test_good(simtip_pair):\n    assert simtip_pair('tiny.yaml').left.any()\n"
+    )
+    mine.run().assert_outcomes(failed=1, passed=1)
