@@ -12,7 +12,7 @@ from typing import Any
 import shell
 import yaml
 from pages import ROOT, Block
-from small_scenes import copy_scenes, quarter
+from small_scenes import copy_scenes, quarter, region
 
 from simtip.scene_file import dump_scene, load_scene
 
@@ -33,6 +33,10 @@ def furnish(folder: Path) -> None:
     (folder / "SCENE2").write_text(dimmed, encoding="utf-8")
     sweep = {"scene": "SCENE", "factors": {"detect.threshold": [90, 105]}}
     (folder / "SWEEP").write_text(yaml.safe_dump(sweep), encoding="utf-8")
+    suite = {"name": "few", "scene": "SCENE", "repeats": 2, "cases": [{"name": "nominal"}]}
+    (folder / "SUITE").write_text(yaml.safe_dump(suite), encoding="utf-8")
+    bench = region(load_scene(ROOT / "simtip" / "regress" / "standard" / "bench.yaml"))
+    (folder / "bench.yaml").write_text(dump_scene(bench), encoding="utf-8")
     (folder / "CSV").write_text(measurements(), encoding="utf-8")
     for name in ("needle.csv", "gauge.csv"):
         shutil.copy(folder / "CSV", folder / name)

@@ -82,14 +82,24 @@ def run(block: Block, folder: Path) -> str:
 def simtip(words: list[str], folder: Path) -> Answer:
     """Call simtip in this process."""
     words = smaller(words, folder)
+    prepare(words, folder)
     for option, out in pairwise(words):
         if option in WRITTEN and PLACEHOLDER.fullmatch(out):
             shutil.rmtree(folder / out, ignore_errors=True)
     return call(*words[1:])
 
 
+def prepare(words: list[str], folder: Path) -> None:
+    """Make what a placeholder stands for, where a line reads one."""
+    if words[1] in {"export", "view", "report"} and "DIR" in words:
+        shutil.rmtree(folder / "DIR", ignore_errors=True)
+        call("run", "SCENE", "-o", "DIR")
+    if "SWEPT" in words and words[1] != "sweep" and not (folder / "SWEPT").exists():
+        call("sweep", "SWEEP", "-o", "SWEPT")
+
+
 def smaller(words: list[str], folder: Path) -> list[str]:
-    """Ask for less of what takes long: fewer views, samples and replicates."""
+    """Ask for less of what takes long: fewer views, samples, replicates and cases."""
     words = list(words)
     of_ours = words[2:] and (words[2] == "SCENE" or words[2].startswith("scenes/"))
     if words[1] in WHOLE and of_ours:
@@ -103,6 +113,10 @@ def smaller(words: list[str], folder: Path) -> list[str]:
         words += ["--samples", "16"]
     if words[1] == "budget":
         words += ["--replicates", "2"]
+    if words[1:4] == ["regress", "record", "standard"]:
+        words[3] = "SUITE"
+    if words[1] == "view" and "--save" not in words:  # there may be no display
+        words += ["--save", "seen.rrd"]
     return words
 
 

@@ -20,22 +20,31 @@ BASE = ROOT / "scenes" / "01_single_tip.yaml"
 
 
 def check(block: Block, folder: Path) -> str:
-    """Read a block as what it is, and say what that is.
-
-    A mapping with cases is a suite, one with a scene a sweep; with a rig's two cameras it is a
-    scene, else a part of one.
-    """
+    """Read a block as what it is, and say what that is."""
     if block.language == "json":
         json.loads(block.text)
-        return "json"
-    if block.language == "toml":
+    elif block.language == "toml":
         tomllib.loads(block.text)
-        return "toml"
-    data = yaml.safe_load(block.text)
-    assert isinstance(data, dict), f"{block.place}: is no mapping"
-    path = folder / (block.file or "shown.yaml")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(block.text, encoding="utf-8")
+    else:
+        data = yaml.safe_load(block.text)
+        assert isinstance(data, dict), f"{block.place}: is no mapping"
+        path = folder / (block.file or "shown.yaml")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(block.text, encoding="utf-8")
+        return check_mapping(data, path)
+    return block.language
+
+
+def check_mapping(data: dict[str, Any], path: Path) -> str:
+    """Read a YAML file as what it is.
+
+    A mapping with jobs is a CI's workflow, one with cases a suite, one with a scene a sweep; with a
+    rig's two cameras it is a scene, else a part of one.
+    """
+    if "jobs" in data:
+        steps = [step for job in data["jobs"].values() for step in job["steps"]]
+        assert all({"run", "uses"} & set(step) for step in steps)
+        return "workflow"
     if "cases" in data:
         read_suite(path)
         return "suite"

@@ -38,7 +38,8 @@ def region(scene: SceneSpec) -> SceneSpec:
     data = quick(scene)
     for side, tip in (("left", truth.left.tip_px), ("right", truth.right.tip_px)):
         camera = data["rig"][side]
-        u, v = np.rint(tip).astype(int)
+        corner = camera["roi"][:2] if camera["roi"] else (0, 0)
+        u, v = np.rint(tip).astype(int) + corner
         low = max(u - ASIDE_PX, 0), max(v - BEFORE_PX, 0)
         high = (
             min(u + ASIDE_PX, camera["width"]),

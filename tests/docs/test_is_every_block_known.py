@@ -21,6 +21,8 @@ NOT_RUN = {
     ("README.md", "installs; make demo does the same"),
     ("README.md", "installs; make test does the same"),
     ("docs/calibration.md", "photographs of your own"),
+    ("docs/pytest.md", "the standard suite takes minutes; tests/pytest_plugin runs these"),
+    ("docs/report.md", "a trial of a sweep that is not told"),
     ("docs/your_detector.md", "MATLAB is somebody else's program"),
 }
 """All that is shown and not run."""
