@@ -80,34 +80,20 @@ def test_nothing_is_loaded_from_elsewhere(site):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("fault", "said"),
-    [
-        ("See [this](nowhere.md).", "nowhere.md"),
-        ("See [this](conventions.md#nowhere).", "#nowhere"),
-        ("See [this](../simtip/trial.py).", "../simtip/trial.py"),
-        (None, "unlisted.md"),
-    ],
-)
-def test_a_fault_in_a_page_ends_the_build(fault, said, tmp_path):
-    for name in ("docs", "scenes", "examples", "benchmarks", "assets"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("*.jpg"))
+def test_faults_in_pages_end_the_build_and_are_named(tmp_path):
+    for name in ("docs", "scenes", "examples", "benchmarks", "assets", "simtip/regress/standard"):
+        shutil.copytree(ROOT / name, tmp_path / name)
     for name in ("README.md", "CHANGELOG.md", "mkdocs.yml"):
         shutil.copy(ROOT / name, tmp_path / name)
-    if fault is None:
-        (tmp_path / "docs" / "unlisted.md").write_text("# Unlisted\n", encoding="utf-8")
-    else:
-        with (tmp_path / "docs" / "scaling.md").open("a", encoding="utf-8") as page:
-            page.write(f"\n{fault}\n")
-    # Pictures are looked for, not at.
-    for picture in (ROOT / "docs" / "images").iterdir():
-        (tmp_path / "docs" / "images" / picture.name).touch()
+    (tmp_path / "docs" / "unlisted.md").write_text("# Unlisted\n", encoding="utf-8")
+    faults = ("nowhere.md", "conventions.md#nowhere", "../simtip/trial.py", "images/nothing.jpg")
+    with (tmp_path / "docs" / "scaling.md").open("a", encoding="utf-8") as page:
+        page.writelines(f"\n[A fault]({fault}).\n" for fault in faults)
     done = build(tmp_path, tmp_path / "site")
     assert done.returncode == 1
-    warnings = [
-        line for line in done.stderr.splitlines() if "WARNING" in line or "unlisted" in line
-    ]
-    assert any(said in line for line in warnings), done.stderr
+    assert done.stderr.count("WARNING") == len(faults) + 1
+    for said in (*faults, "unlisted.md"):
+        assert said in done.stderr
 
 
 @pytest.mark.parametrize(
