@@ -22,8 +22,13 @@ from simtip.provenance import backend_facts, environment
 from simtip.render import Backend, require_boards
 from simtip.rig_file import rig_text
 from simtip.scene_file import dump_scene
+from simtip.spec import SceneSpec
 
 TRUTH = "truth.json"
+DIGEST = "inputs_sha256"
+BESIDE_TRUTH = {DIGEST, "seed", "rig", "made_by"}
+"""What stands in ``truth.json`` besides `BoardSet.truth`."""
+
 MAX_TRUTH_BYTES = 1 << 30
 
 PNG_END = b"IEND\xaeB`\x82"
@@ -100,13 +105,14 @@ def check_folder(folder: Path, boards: BoardSet) -> None:
 
 def digest(boards: BoardSet) -> str:
     """Give the SHA-256, in hexadecimal, of all that decides the images."""
-    scene = boards.spec.model_dump(mode="json", exclude=IRRELEVANT)
+    return inputs_digest(boards.spec, boards.seed, boards.truth())
+
+
+def inputs_digest(spec: SceneSpec, seed: int, truth: dict[str, Any]) -> str:
+    """Give it of a set's scene, seed and truth, as ``truth.json`` has them."""
+    scene = spec.model_dump(mode="json", exclude=IRRELEVANT)
     del scene["rig"]["measured"]
-    inputs = {
-        "seed": boards.seed,
-        "scene": scene,
-        "truth": boards.truth(),
-    }
+    inputs = {"seed": seed, "scene": scene, "truth": truth}
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 
@@ -117,7 +123,7 @@ def _begin(folder: Path, boards: BoardSet, backend: Backend) -> None:
             left_over.unlink(missing_ok=True)  # of a run that was killed while writing
         return
     truth = {
-        "inputs_sha256": digest(boards),
+        DIGEST: digest(boards),
         "seed": boards.seed,
         **boards.truth(),
         "rig": json.loads(rig_text(boards.spec.rig.rig(), "json")),
@@ -151,5 +157,5 @@ def _digest_in(path: Path) -> str | None:
         found: Any = json.loads(read_bytes(path, MAX_TRUTH_BYTES))
     except (ValueError, RecursionError):
         return None
-    digest_there = found.get("inputs_sha256") if isinstance(found, dict) else None
+    digest_there = found.get(DIGEST) if isinstance(found, dict) else None
     return digest_there if isinstance(digest_there, str) else None

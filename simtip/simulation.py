@@ -9,8 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.errors import InputError
 from simtip.exposure import background_irradiance, settle_exposure, settle_white_balance
 from simtip.geometry import Array
+from simtip.light_inputs import first_difference
 from simtip.mix import weights
 from simtip.noise_budget import noise_tolerance
 from simtip.optics import expose_lens
@@ -60,6 +62,8 @@ def simulate(
     seed: int | None = None,
     backend: Backend | None = None,
     progress: Progress | None = None,
+    noise_seed: int | None = None,
+    light: SceneSpec | None = None,
 ) -> Simulation:
     """Render a scene and expose both sensors.
 
@@ -74,23 +78,47 @@ def simulate(
         What renders; by default what `simtip.render.choose` finds.
     progress
         Called with the fraction rendered.
+    noise_seed
+        Of the sensors' noise alone, if it is not `seed`: so a sweep draws it.
+    light
+        The scene that the light is rendered for, if it is not this one: a sweep renders for the
+        least noise that any of its trials asks for.
 
     Raises
     ------
     InputError
         The scene has no meaningful truth, e.g. the needle is outside both images, or no exposure
-        gives `sensor.background_dn`.
+        gives `sensor.background_dn`; or `light` is lit otherwise: `field` says by what.
     """
     seed = spec.seed if seed is None else seed
+    rendered_for = spec if light is None else light
+    _require_same_light(spec, rendered_for)
     scene_truth(spec)  # before long work: what has no truth is refused
     backend = backend or choose()
     start = time.perf_counter()
     views = render_pair(
-        spec, backend=backend, seed=seed, tolerance=noise_tolerance(spec), progress=progress
+        rendered_for,
+        backend=backend,
+        seed=seed,
+        tolerance=noise_tolerance(rendered_for),
+        progress=progress,
     )
     rendered = time.perf_counter() - start
-    done = expose_pair(spec, views, seed=seed, backend=backend)
+    noise = seed if noise_seed is None else noise_seed
+    done = expose_pair(spec, views, seed=noise, backend=backend, light_seed=seed)
     return replace(done, timings_s={"render": rendered, **done.timings_s})
+
+
+def _require_same_light(spec: SceneSpec, light: SceneSpec) -> None:
+    same_seed = light.model_copy(update={"seed": spec.seed})
+    field = first_difference(same_seed, spec)
+    if field is not None:
+        raise InputError(
+            "differs from the scene that the light is to be rendered for, and the light depends "
+            "on it",
+            field=field,
+            remedy="give both scenes the same",
+        )
 
 
 def expose_pair(

@@ -200,6 +200,8 @@ def run_trial(
     progress: Progress | None = None,
     detector: ConfiguredDetector | str | None = None,
     bound: KnownBound | None = None,
+    noise_seed: int | None = None,
+    light: SceneSpec | None = None,
 ) -> Trial:
     """Simulate a scene, measure the tip on its images, score it against the truth.
 
@@ -220,7 +222,9 @@ def run_trial(
         detector = detector_of(spec, allowed=detector)
     refiner = refiner_of(spec)
     rig = measuring_rig(spec)
-    simulation = simulate(spec, seed=seed, backend=backend, progress=progress)
+    simulation = simulate(
+        spec, seed=seed, backend=backend, progress=progress, noise_seed=noise_seed, light=light
+    )
     measurement, error = measured(
         simulation.images, simulation.truth, spec, detector, rig=rig, refiner=refiner
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from simtip.spec import SceneSpec
 from simtip.spec.experiment import ExperimentSpec
 from simtip.sweep.campaign import Means, carry_out, prepare
 from simtip.sweep.plan import Plan
+from simtip.sweep.pool import Pool
 from simtip.sweep.spec import DetectorEntry, SweepSpec
 from simtip.sweep.table import Table
 
@@ -74,6 +76,8 @@ class Order:
         Draws of the noise.
     allowed
         A detector that is a program or a module, which the caller is willing to run.
+    retry_failed
+        Whether measurements that failed are tried again.
     """
 
     scene: SceneSpec
@@ -83,6 +87,7 @@ class Order:
     start_s: Array | None
     replicates: int
     allowed: tuple[str, ...] = ()
+    retry_failed: bool = False
 
 
 def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) -> Observed:
@@ -95,7 +100,11 @@ def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) 
     KeyboardInterrupt
         The same call goes on.
     """
-    work = _Work(order, out, means, said)
+    with closing(means.pool()) as pool:
+        return _observed(order, _Work(order, out, means, pool, said))
+
+
+def _observed(order: Order, work: _Work) -> Observed:
     plain = order.scene.detect.name
     calm = work.done("calm", noise=False, ripple=False, detectors=[plain])
     seen = np.concatenate([tips.ravel() for tips in calm.values()])
@@ -124,8 +133,9 @@ def observe(order: Order, out: Path, means: Means, said: Said = lambda _: None) 
 class _Work:
     """Sweeps of a budget, one after the other."""
 
-    def __init__(self, order: Order, out: Path, means: Means, said: Said) -> None:
+    def __init__(self, order: Order, out: Path, means: Means, pool: Pool, said: Said) -> None:
         self._order, self._out, self._means, self._said = order, out, means, said
+        self._pool = pool
         self.counts: Counter[str] = Counter()
 
     def done(
@@ -138,7 +148,12 @@ class _Work:
         make_folder(folder.parent)
         self._said(f"{name.replace('_', ', ')}: {len(plan)} measurements")
         setup = prepare(plan, self._means)
-        self.counts.update(carry_out(plan, setup, folder, self._means).counts)
+        tally = carry_out(
+            *(plan, setup, folder, self._means),
+            retry_failed=self._order.retry_failed,
+            shared=self._pool,
+        )
+        self.counts.update(tally.counts)
         rows = Table.open(folder).by_trial()
         where = {one: divmod(k, len(self._order.tips_mm)) for k, one in enumerate(shots)}
         draws = max(plan.spec.repeats, len(shots) // len(self._order.tips_mm))

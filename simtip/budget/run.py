@@ -130,6 +130,7 @@ def run_budget(
     seed: int | None = None,
     replicates: int = REPLICATES,
     allowed: tuple[str, ...] = (),
+    retry_failed: bool = False,
     said: Said = lambda _: None,
 ) -> Budget:
     """Work out a scene's error budget, or go on with it.
@@ -148,6 +149,8 @@ def run_budget(
         Draws of noise, calibration and interferometer, at least 2.
     allowed
         A detector that is a program or a module, which the caller is willing to run.
+    retry_failed
+        Whether measurements that failed are tried again.
     said
         Told what is begun.
 
@@ -171,7 +174,11 @@ def run_budget(
     with alone(out):
         begin(out, scene, seed, MADE_BY)
         starts = _starts(scene, len(truth.tips_mm), replicates, seed)
-        order = Order(scene, seed, truth.tips_mm, truth.true_px, starts, replicates, allowed)
+        order = Order(
+            *(scene, seed, truth.tips_mm, truth.true_px, starts, replicates),
+            allowed=allowed,
+            retry_failed=retry_failed,
+        )
         seen = observe(order, out, means or Means(), said)
         causes, absent = present(scene, whole_pixels=seen.whole_pixels)
         errors = Errors(scene, truth, seen, rigs_of(scene, causes, replicates, seed), replicates)

@@ -14,6 +14,9 @@ from simtip.geometry import Array
 
 Subset = frozenset[int]
 
+MOST_LOGARITHM = 30.0
+"""Of an interval's end over the mean: what is wider says nothing anyway, and shall not overflow."""
+
 
 @dataclass(frozen=True, eq=False)
 class Shares:
@@ -63,18 +66,15 @@ def split(values: Mapping[Subset, Array], causes: int, level: float) -> Shares:
     shapley = [_shapley(values, cause, causes) for cause in range(causes)]
     alone = [values[frozenset([cause])] - rest for cause in range(causes)]
     removed = [total - values[everything - {cause}] for cause in range(causes)]
-    found = Shares(
-        total=grand_mean(total, level),
-        rest=grand_mean(rest, level),
+    return Shares(
+        total=grand_mean(total, level, squares=True),
+        rest=grand_mean(rest, level, squares=True),
         shapley=_stacked(shapley, level),
         alone=_stacked(alone, level),
         removed=_stacked(removed, level),
         replicates=total.shape[0],
         places=total.shape[1],
     )
-    for squares in (found.total, found.rest):
-        squares[1] = max(squares[1], 0.0) if squares[0] >= 0 else squares[1]
-    return found
 
 
 def subsets(causes: int) -> list[Subset]:
@@ -97,12 +97,14 @@ def _stacked(values: list[Array], level: float) -> Array:
     return np.array([grand_mean(one, level) for one in values]).reshape(-1, 3)
 
 
-def grand_mean(values: Array, level: float) -> Array:
+def grand_mean(values: Array, level: float, *, squares: bool = False) -> Array:
     """Give mean, low and high end of values by replicate and place, both drawn at random.
 
     The mean's variance is (MS_r + MS_p) / (r p), mean squares of a two-way layout, without the
     residual's taken away. Student's t with Satterthwaite's (1946) degrees of freedom: for normal
-    values rather too wide. What does not vary has no width.
+    values rather too wide. Squares are skewed: their interval is that of the mean's logarithm.
+    Differences of squares may be so, too: where the means of all replicates and all places have
+    one sign, the end away from 0 is the logarithm's. What does not vary has no width.
 
     Parameters
     ----------
@@ -110,20 +112,27 @@ def grand_mean(values: Array, level: float) -> Array:
         (replicates, places).
     level
         Confidence level.
+    squares
+        Whether they are squares, none of them below 0.
     """
     mean, count = float(values.mean()), values.size
-    squares, freedoms = [], []
+    found, freedoms, one_sign = [], [], True
     for axis in (0, 1):
         means = values.mean(axis=1 - axis)
+        one_sign &= bool((means > 0).all() or (means < 0).all())
         if len(means) > 1:
-            squares.append(count / len(means) * float(means.var(ddof=1)))
+            found.append(count / len(means) * float(means.var(ddof=1)))
             freedoms.append(len(means) - 1)
-    total = sum(squares)
+    total = sum(found)
     if total == 0:
         return np.array([mean, mean, mean])
-    freedom = total**2 / sum(ms**2 / df for ms, df in zip(squares, freedoms, strict=True))
+    freedom = total**2 / sum(ms**2 / df for ms, df in zip(found, freedoms, strict=True))
     half = float(stats.t.ppf((1 + level) / 2, freedom)) * math.sqrt(total / count)
-    return np.array([mean, mean - half, mean + half])
+    near, far = mean - math.copysign(half, mean), mean + math.copysign(half, mean)
+    if one_sign:
+        ratio = math.exp(min(half / abs(mean), MOST_LOGARITHM))
+        near, far = mean / ratio if squares else near, mean * ratio
+    return np.array([mean, *sorted((near, far))])
 
 
 def rank(shares: Sequence[float]) -> list[int]:

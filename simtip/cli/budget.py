@@ -9,8 +9,10 @@ import typer
 from simtip.cli.detector_options import SettingsOption
 from simtip.cli.experiment import (
     CacheOption,
+    CacheSizeOption,
     ExperimentOption,
     FolderOption,
+    RetryFailedOption,
     SceneDetectorOption,
     SchedulerOption,
     WorkersOption,
@@ -19,6 +21,7 @@ from simtip.cli.experiment import (
 )
 from simtip.cli.options import BackendOption, JsonOption, SceneArgument, SeedOption
 from simtip.cli.output import print_json, say_aside, say_where
+from simtip.sweep.sizes import USUAL_SIZE
 
 
 def budget(
@@ -36,7 +39,9 @@ def budget(
     seed: SeedOption = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
+    retry_failed: RetryFailedOption = False,
     cache: CacheOption = None,
+    cache_size: CacheSizeOption = USUAL_SIZE,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -50,10 +55,11 @@ def budget(
         done = run_budget(
             source.spec,
             folder,
-            Means(workers, scheduler, backend, cache),
+            Means(workers, scheduler, backend, cache, cache_size),
             seed=seed,
             replicates=replicates,
             allowed=() if detector is None else (detector,),
+            retry_failed=retry_failed,
             said=say_aside,
         )
         if out is not None:

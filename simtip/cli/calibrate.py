@@ -53,7 +53,11 @@ def calibrate(
     plots: Annotated[
         Path | None,
         typer.Option(
-            "--plots", parser=named, metavar="DIR", help="New or empty folder for pictures."
+            "--plots",
+            parser=named,
+            metavar="DIR",
+            help="New or empty folder for pictures and numbers, of which `simtip report` makes a "
+            "page.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -86,11 +90,14 @@ def calibrate(
         outcome = calibrate_images(images, wanted, model=model, truth=known, report=progress)
     result = outcome.to_dict()
     if plots is not None:
-        from simtip.report.calibration import calibration_plots
+        from simtip.calibration_images.record import Record, write_record
+        from simtip.report.calibration import calibration_figures
+        from simtip.report.style import png
 
         with OutputFolder(plots) as folder:
-            for name, picture in calibration_plots(outcome).items():
-                (folder / name).write_bytes(picture)
+            for name, figure in calibration_figures(Record.of(outcome)).items():
+                (folder / f"{name}.png").write_bytes(png(figure))
+            write_record(folder, outcome)
     if out is not None:
         write_rig(out, outcome.calibration.rig, form)
     if as_json:
@@ -99,4 +106,4 @@ def calibrate(
     with to_stdout():
         show_calibration(result)
     say_where(out, "the rig")
-    say_where(plots, "pictures")
+    say_where(plots, "pictures, calibration.json, points.json")

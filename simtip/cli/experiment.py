@@ -48,6 +48,12 @@ SchedulerOption = Annotated[
 CacheOption = Annotated[
     Path | None, typer.Option("--cache", parser=named, metavar="DIR", help="Of renders and images.")
 ]
+CacheSizeOption = Annotated[
+    str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
+]
+RetryFailedOption = Annotated[
+    bool, typer.Option("--retry-failed", help="Also try again what failed.")
+]
 
 
 def read_with(

@@ -11,8 +11,10 @@ import typer
 from simtip.cli.detector_options import SettingsOption
 from simtip.cli.experiment import (
     CacheOption,
+    CacheSizeOption,
     ExperimentOption,
     FolderOption,
+    RetryFailedOption,
     SceneDetectorOption,
     SchedulerOption,
     WorkersOption,
@@ -23,6 +25,7 @@ from simtip.cli.experiment import (
 from simtip.cli.options import BackendOption, JsonOption, SeedOption, named
 from simtip.cli.output import print_json, say_aside, say_where
 from simtip.errors import InputError
+from simtip.sweep.sizes import USUAL_SIZE
 
 if TYPE_CHECKING:
     from simtip.capability.report import Settings
@@ -31,7 +34,7 @@ OF_CSV = ("readings", "repeated", "columns")
 BOTH = "give SCENE or --csv FILE"
 OF_SCENE = (
     *("out", "seed", "detector", "settings", "experiment", "workers"),
-    *("scheduler", "retry_failed", "cache", "backend"),
+    *("scheduler", "frame", "retry_failed", "cache", "cache_size", "backend"),
 )
 
 
@@ -96,10 +99,13 @@ def mca(
     seed: SeedOption = None,
     workers: WorkersOption = None,
     scheduler: SchedulerOption = None,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Also try again what failed.")
-    ] = False,
+    frame: Annotated[
+        Literal["camera", "stage"],
+        typer.Option("--frame", help="Of position errors: the left camera's, or the stage's own."),
+    ] = "camera",
+    retry_failed: RetryFailedOption = False,
     cache: CacheOption = None,
+    cache_size: CacheSizeOption = USUAL_SIZE,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -126,14 +132,21 @@ def mca(
 
     source = read_with(scene, experiment, detector, settings)
     source = changed(source, tolerance_mm=tolerance, multiplier=multiplier, level=level)
+    if frame == "stage" and not source.spec.experiment.schedule.registration:
+        raise InputError(
+            "is unknown: the experiment registers no frame of the stage",
+            field="--frame",
+            remedy="give experiment.schedule.registration, or leave --frame out",
+        )
     with working_in(source, out, experiment) as folder:
         done = run_experiment(
             source.spec,
             folder,
-            Means(workers, scheduler, backend, cache),
+            Means(workers, scheduler, backend, cache, cache_size),
             seed=seed,
             allowed=() if detector is None else (detector,),
             retry_failed=retry_failed,
+            frame=frame,
             said=say_aside,
         )
         if out is not None:

@@ -18,16 +18,20 @@ from simtip.cli.detect import detect
 from simtip.cli.detectors import detectors
 from simtip.cli.doctor import doctor
 from simtip.cli.errors import ClickError, fail, usage
+from simtip.cli.export import export
 from simtip.cli.mca import mca
 from simtip.cli.measure import measure
 from simtip.cli.output import say
+from simtip.cli.regress import regress
 from simtip.cli.remix import remix
 from simtip.cli.render import render
+from simtip.cli.report import report
 from simtip.cli.results import results
 from simtip.cli.rig import rig
 from simtip.cli.run import run
 from simtip.cli.schema import schema
 from simtip.cli.sweep import sweep
+from simtip.cli.view import view
 from simtip.errors import SimtipError
 from simtip.interrupts import INTERRUPTED, NOTHING_WRITTEN
 from simtip.version import __version__
@@ -55,7 +59,7 @@ def _root(
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
-    *(run, render, remix, measure, detect, sweep, results),
+    *(run, render, remix, measure, detect, sweep, results, report, export, view),
     *(rig, boards, calibrate, camera, mca, budget, bound, doctor, schema),
 )
 """In the order of `simtip --help`, which lists groups last."""
@@ -63,6 +67,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
 for command in COMMANDS:
     app.command()(command)
 app.add_typer(detectors, name="detectors")
+app.add_typer(regress, name="regress")
 app.add_typer(cache, name="cache")
 
 

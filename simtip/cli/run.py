@@ -25,6 +25,7 @@ from simtip.cli.options import (
 )
 from simtip.cli.output import print_json, say_where, to_stdout
 from simtip.scene_file import read_scene
+from simtip.seeding import SEED_LIMIT
 
 
 def run(
@@ -46,6 +47,24 @@ def run(
             help="JSON of `simtip bound` of this scene, for efficiency.",
         ),
     ] = None,
+    noise_seed: Annotated[
+        int | None,
+        typer.Option(
+            "--noise-seed",
+            min=0,
+            max=SEED_LIMIT - 1,
+            help="Of the sensors' noise alone: noise_seed of a sweep's table.",
+        ),
+    ] = None,
+    light: Annotated[
+        Path | None,
+        typer.Option(
+            "--light",
+            parser=named,
+            metavar="SCENE",
+            help="Scene to render the light for, as a sweep does; lit alike.",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Render a scene, measure the needle tip, score it against the truth."""
@@ -60,6 +79,7 @@ def run(
     if out is not None:
         OutputFolder(out).check()
     known = None if bound is None else read_bound(bound)
+    lit = None if light is None else read_scene(light).spec
     values = parse_settings(settings)
     spec = with_detector(source.spec, detector, values)
     given = {*values, *(() if detector is None else ("name",))}
@@ -74,6 +94,8 @@ def run(
             progress=progress,
             detector=chosen_detector,
             bound=known,
+            noise_seed=noise_seed,
+            light=lit,
         )
     result = trial.to_dict()
     if out is not None:

@@ -15,6 +15,7 @@ from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
 from simtip.interrupts import INTERRUPTED, no_more, nothing_begun
+from simtip.sweep.sizes import USUAL_SIZE
 
 if TYPE_CHECKING:
     from simtip.sweep.plan import Plan
@@ -52,7 +53,7 @@ def sweep(
     ] = None,
     cache_size: Annotated[
         str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
-    ] = "20GB",
+    ] = USUAL_SIZE,
     time_limit: Annotated[
         float,
         typer.Option("--time-limit", min=0.1, metavar="S", help="Of a trial, without its render."),

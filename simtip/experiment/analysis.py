@@ -35,6 +35,9 @@ from simtip.sweep.table import OK
 LEAST = 3
 """Displacements that statistics take."""
 
+CAMERA, STAGE = "camera", "stage"
+"""Frames in which positions are told."""
+
 SHARED_NOTE = (
     "displacements of one run share its start: intervals of bias, limits, sigma and P/T take runs "
     "and positions as random; those of correlation and concordance take pairs as independent"
@@ -72,12 +75,15 @@ class Position:
 
     Attributes
     ----------
+    frame
+        In which they are told: "camera", the world's; or "stage", as registered.
     axes
-        Of x, y, z in the world's frame, signed; of each position the mean of its runs.
+        Of x, y, z in that frame, signed; of each position the mean of its runs.
     rms_mm, max_mm
         Of the distance.
     """
 
+    frame: str
     axes: Mapping[str, ErrorSummary]
     rms_mm: float
     max_mm: float
@@ -85,7 +91,7 @@ class Position:
     def to_dict(self) -> dict[str, Any]:
         """Give plain numbers for JSON."""
         axes = {name: summary.to_dict() for name, summary in self.axes.items()}
-        return {"rms_mm": self.rms_mm, "max_mm": self.max_mm, **axes}
+        return {"frame": self.frame, "rms_mm": self.rms_mm, "max_mm": self.max_mm, **axes}
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,24 +104,26 @@ class Frame:
         ``stage = R world + t`` over the registration's places.
     rotation_error_deg
         Angle between it and the true one.
-    errors_mm
-        (n, 3) of the first set-up's tips in that frame, against where the needle was.
+    position
+        Of the first set-up's tips in that frame, against where the needle was.
+    mean_xyz_mm
+        (3,) mean of their errors.
     """
 
     registration: Registration
     rotation_error_deg: float
-    errors_mm: Array
+    position: Position
+    mean_xyz_mm: Array
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain numbers for JSON."""
-        lengths = np.linalg.norm(self.errors_mm, axis=1)
         return {
             **self.registration.to_dict(),
             "rotation_error_deg": self.rotation_error_deg,
             "position_error_mm": {
-                "rms": float(np.sqrt((lengths**2).mean())),
-                "max": float(lengths.max()),
-                "mean_xyz": self.errors_mm.mean(axis=0).tolist(),
+                "rms": self.position.rms_mm,
+                "max": self.position.max_mm,
+                "mean_xyz": self.mean_xyz_mm.tolist(),
             },
         }
 
@@ -168,8 +176,26 @@ class Capability:
     left_out: Mapping[str, str]
     notes: tuple[str, ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain values for JSON."""
+    def to_dict(self, frame: str = CAMERA) -> dict[str, Any]:
+        """Give plain values for JSON.
+
+        Parameters
+        ----------
+        frame
+            In which positions are told: "camera", or "stage" as it was registered.
+
+        Raises
+        ------
+        InputError
+            No frame of the stage was found.
+        """
+        if frame == STAGE and self.frame is None:
+            raise InputError(
+                f"the stage's frame is unknown: {self.left_out['registration']}",
+                field="--frame",
+                remedy="add experiment.schedule.registration, or leave --frame out",
+            )
+        position = self.position if frame == CAMERA or self.frame is None else self.frame.position
         agreement = self.agreement.to_dict()
         agreement["repeated"] = _plain(self.agreement_repeated)
         repeatability = _plain(self.repeatability)
@@ -182,7 +208,7 @@ class Capability:
             "agreement": agreement,
             "repeatability": repeatability,
             "grr": _plain(self.grr),
-            "position": self.position.to_dict(),
+            "position": position.to_dict(),
             "registration": _plain(self.frame),
             "left_out": dict(self.left_out),
             "notes": list(self.notes),
@@ -259,8 +285,8 @@ def analyse(spec: ExperimentSpec, measured: Sequence[Measured], axes: Array) -> 
         repeatability=repeatability,
         repeatability_of_errors=of_errors,
         grr=_gauge(spec, measured, left_out),
-        position=_position(own, spec.level),
-        frame=_frame(measured, axes, left_out),
+        position=_position(own, own.tip_mm - own.series.tip_mm, spec.level, CAMERA),
+        frame=_frame(measured, axes, left_out, spec.level),
         left_out=left_out,
         notes=(
             SHARED_NOTE if errors is not None else INCOMPLETE_NOTE,
@@ -404,17 +430,18 @@ def positions_along(parts: Sequence[Measured]) -> list[Array]:
     return [(part.tip_mm - seen[0]) @ axis for part in parts]
 
 
-def _position(own: Measured, level: float) -> Position:
-    """Sum up errors; their intervals are over positions, of which each counts once."""
-    errors = own.tip_mm - own.series.tip_mm
-    lengths = np.linalg.norm(errors[own.ok], axis=1)
-    at = errors[:, own.ok.any(axis=0)]
+def _position(own: Measured, errors_mm: Array, level: float, frame: str) -> Position:
+    """Sum up errors (runs, positions, 3); intervals are over positions, each counting once."""
+    lengths = np.linalg.norm(errors_mm[own.ok], axis=1)
+    at = errors_mm[:, own.ok.any(axis=0)]
     means = np.nanmean(at, axis=0)
     axes = {axis: summarise_errors(means[:, k], level) for k, axis in enumerate("xyz")}
-    return Position(axes, float(np.sqrt((lengths**2).mean())), float(lengths.max()))
+    return Position(frame, axes, float(np.sqrt((lengths**2).mean())), float(lengths.max()))
 
 
-def _frame(measured: Sequence[Measured], axes: Array, left_out: dict[str, str]) -> Frame | None:
+def _frame(
+    measured: Sequence[Measured], axes: Array, left_out: dict[str, str], level: float
+) -> Frame | None:
     """Register the stage's frame: its own coordinates are those it was commanded to."""
     part = next((one for one in measured if one.series.name == REGISTRATION), None)
     if part is None:
@@ -426,10 +453,15 @@ def _frame(measured: Sequence[Measured], axes: Array, left_out: dict[str, str]) 
         left_out["registration"] = str(error)
         return None
     own = measured[0]
-    errors = found.apply(own.tip_mm[own.ok]) - own.series.stage_mm[own.ok]
+    errors = found.apply(own.tip_mm) - own.series.stage_mm
     turn = found.R @ axes.T
     cosine = np.clip((np.trace(turn) - 1) / 2, -1, 1)
-    return Frame(found, float(np.degrees(np.arccos(cosine))), errors)
+    return Frame(
+        found,
+        float(np.degrees(np.arccos(cosine))),
+        _position(own, errors, level, STAGE),
+        errors[own.ok].mean(axis=0),
+    )
 
 
 def _missing_note(measured: Sequence[Measured]) -> list[str]:

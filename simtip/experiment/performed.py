@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -111,12 +112,14 @@ def perform(
         for one, lit_for in zip(planned, shared, strict=True)
     ]
     found = []
-    for number, (one, plan) in enumerate(zip(planned, plans, strict=True)):
-        said(f"{one.name}: {len(plan)} measurements")
-        folder = out / SWEEPS / f"{number:02d}"
-        make_folder(folder.parent)
-        tally = carry_out(plan, prepare(plan, means), folder, means, retry_failed=retry_failed)
-        found.append(_measured(one, plan, folder, tally.counts))
+    with closing(means.pool()) as pool:
+        for number, (one, plan) in enumerate(zip(planned, plans, strict=True)):
+            said(f"{one.name}: {len(plan)} measurements")
+            folder = out / SWEEPS / f"{number:02d}"
+            make_folder(folder.parent)
+            setup = prepare(plan, means)
+            tally = carry_out(plan, setup, folder, means, retry_failed=retry_failed, shared=pool)
+            found.append(_measured(one, plan, folder, tally.counts))
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simtip.experiment.analysis import Capability, analyse
+from simtip.experiment.analysis import CAMERA, Capability, analyse
 from simtip.experiment.files import write_result, write_rows
 from simtip.experiment.performed import Said, begin, perform, refuse_strangers
 from simtip.experiment.series import series_of
@@ -30,12 +30,16 @@ class Experiment:
         What it says of the measuring system.
     counts
         How often each stage was worked out now.
+    frame
+        In which positions are told: "camera", or "stage" as it was registered.
     """
 
     scene: SceneSpec
     seed: int
     capability: Capability
     counts: Counter[str]
+
+    frame: str = CAMERA
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain values: the keys of ``mca --json``."""
@@ -46,7 +50,7 @@ class Experiment:
             "detector": self.scene.detect.name,
             "setups": [one.series.name for one in self.capability.measured],
             "worked_out": worked,
-            **self.capability.to_dict(),
+            **self.capability.to_dict(self.frame),
         }
 
 
@@ -58,6 +62,7 @@ def run_experiment(
     seed: int | None = None,
     allowed: tuple[str, ...] = (),
     retry_failed: bool = False,
+    frame: str = CAMERA,
     said: Said = lambda _: None,
 ) -> Experiment:
     """Run a scene's experiment, or go on with it.
@@ -76,14 +81,16 @@ def run_experiment(
         A detector that is a program or a module, which the caller is willing to run.
     retry_failed
         Whether measurements that failed are tried again.
+    frame
+        In which positions are told: "camera", or "stage" as it is registered.
     said
         Told what is begun.
 
     Raises
     ------
     InputError
-        Something in the scene does not fit, the folder cannot be written, or too few tips were
-        measured.
+        Something in the scene does not fit, the folder cannot be written, too few tips were
+        measured, or no frame of the stage was found.
     KeyboardInterrupt
         The same call goes on.
     """
@@ -105,7 +112,8 @@ def run_experiment(
         axes = scene.experiment.stage.axes(scene.needle.axis)
         capability = analyse(scene.experiment, measured, axes)
         counts = sum((one.counts for one in measured), Counter[str]())
-        made = Experiment(scene, seed, capability, counts)
+        made = Experiment(scene, seed, capability, counts, frame)
+        told = made.to_dict()
         write_rows(out, capability)
-        write_result(out, made.to_dict())
+        write_result(out, told)
     return made

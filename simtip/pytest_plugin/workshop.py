@@ -12,11 +12,11 @@ from simtip.pytest_plugin.options import chosen, chosen_seed
 from simtip.pytest_plugin.stashed import WORKSHOP
 from simtip.render import choose
 from simtip.sweep.cache import Cache, default_folder
-from simtip.sweep.campaign import USUAL_LIMIT_S, USUAL_SIZE, cores
+from simtip.sweep.campaign import USUAL_LIMIT_S, cores
 from simtip.sweep.limit import Limit
 from simtip.sweep.plan import Plan, Trial
 from simtip.sweep.shots import Shot
-from simtip.sweep.sizes import parse_size
+from simtip.sweep.sizes import USUAL_SIZE, parse_size
 from simtip.sweep.stages import Setting, Stages
 
 WORKERS_VARIABLE = "PYTEST_XDIST_WORKER_COUNT"
@@ -67,7 +67,7 @@ class Workshop:
             self._stages = Stages(
                 plan, self._cache, self._backend, Limit(USUAL_LIMIT_S), threads=_threads()
             )
-        return self._stages.shot(trial)
+        return self._stages.setting(trial), self._stages.shot(trial)
 
 
 def workshop_of(config: pytest.Config) -> Workshop:

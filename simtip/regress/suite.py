@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from simtip.regress.tolerance import Tolerance
 from simtip.sweep.spec import SweepSpec
 from simtip.sweep.sweep_file import SweepFile, read_sweep, sweep_within
 from simtip.yaml_file import Document, FieldPath, load_yaml, shown
@@ -40,6 +41,9 @@ class SuiteSpec(BaseModel):
     repeats: Annotated[
         int, Field(ge=2, le=10_000, description="Of cases that say none, each with new noise.")
     ] = USUAL_REPEATS
+    tolerance: Annotated[Tolerance, Field(description="What is small enough to be left alone.")] = (
+        Tolerance()
+    )
     cases: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=1000)]
 
 

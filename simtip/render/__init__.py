@@ -21,7 +21,9 @@ from simtip.render.view import Floats, Progress, Tolerance, View
 from simtip.spec import SceneSpec
 
 if TYPE_CHECKING:
+    from simtip.camera import StereoRig
     from simtip.render.moved import MovableNeedle
+    from simtip.render.surfaces import Surfaces
 
 __all__ = [
     "Backend",
@@ -34,6 +36,7 @@ __all__ = [
     "render_discs",
     "render_pair",
     "require_boards",
+    "trace_surfaces",
 ]
 
 
@@ -166,6 +169,48 @@ def require_boards(backend: Backend) -> None:
             field="--backend",
             remedy="install an LLVM library, see `simtip doctor`",
         )
+
+
+def trace_surfaces(
+    spec: SceneSpec,
+    *,
+    backend: Backend,
+    rig: StereoRig | None = None,
+    points_mm: ArrayLike = (),
+    beyond: int = 0,
+) -> tuple[Surfaces, Surfaces]:
+    """Say what lies behind every pixel's centre, left and right, without working out any light.
+
+    Its `depth_mm` is that of `render_pair`.
+
+    Parameters
+    ----------
+    spec
+        The scene; its seed places the clutter.
+    backend
+        A vectorised one.
+    rig
+        Cameras at the places of the scene's; by default these.
+    points_mm
+        (n, 3) world, mm, of which is to be known whether something stands before them.
+    beyond
+        How many times its own width and height the silhouette goes on beyond the image, each way.
+
+    Raises
+    ------
+    InputError
+        The back end is scalar.
+    """
+    if backend.name == "scalar":
+        raise InputError(
+            "the scalar back end traces no masks",
+            field="--backend",
+            remedy="install an LLVM library, see `simtip doctor`",
+        )
+    with activated(backend):
+        from simtip.render.surfaces import trace
+
+        return trace(spec, rig or spec.rig.rig(), points_mm, beyond)
 
 
 def render_discs(

@@ -104,13 +104,15 @@ class FirstHits:
     """Camera z of the nearest surface; inf where there is none."""
     background: NDArray[np.bool_]
     """Whether that is the background's lit side."""
+    subject: NDArray[np.bool_]
+    """Whether that is the subject's."""
     board_st: Floats
     """(n, 2) where the ray meets the background's plane, board coordinates, mm."""
 
 
 def first_hits(world: World, plane: Plane, eye: Eye, pixels: int) -> FirstHits:
     """Look through pixel centres."""
-    depths, boards, places = [], [], []
+    depths, boards, subjects, places = [], [], [], []
     for part in batches(np.arange(pixels, dtype=np.uint32), 1):
         number = mi.UInt32(aligned(part))
         ray = eye.chief_rays(number, mi.Point2f(0.5, 0.5))
@@ -123,9 +125,11 @@ def first_hits(world: World, plane: Plane, eye: Eye, pixels: int) -> FirstHits:
         z = dr.select(hit.is_valid(), t * dr.dot(ray.d, eye.axes[2]), dr.inf)
         board = hit.is_valid() & (hit.shape == world.background)
         board &= dr.dot(ray.d, world.board_normal) < 0
+        met = world.subject.met(hit)
         st = plane.coordinates(plane.meet(ray))
-        dr.eval(z, board, st)
+        dr.eval(z, board, met, st)
         depths.append(z.numpy())
         boards.append(board.numpy())
+        subjects.append(met.numpy())
         places.append(np.stack([st.x.numpy(), st.y.numpy()], axis=-1))
-    return FirstHits(np.concatenate(depths), np.concatenate(boards), np.concatenate(places))
+    return FirstHits(*map(np.concatenate, (depths, boards, subjects, places)))

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from simtip.calibration_images import Outcome
-from simtip.report.coverage import plot_coverage
-from simtip.report.epipolar import plot_epipolar
-from simtip.report.error_map import plot_error_map
-from simtip.report.reprojection import plot_reprojection
+from matplotlib.figure import Figure
+
+from simtip.calibration_images.record import Record
+from simtip.report.coverage import coverage_figure
+from simtip.report.epipolar import epipolar_figure
+from simtip.report.error_map import error_map_figure
+from simtip.report.reprojection import reprojection_figure
 
 
-def calibration_plots(outcome: Outcome) -> dict[str, bytes]:
-    """Draw them as PNG files, by name; the error map only where the truth is known."""
-    calibration = outcome.calibration
-    plots = {
-        "reprojection.png": plot_reprojection(calibration),
-        "epipolar.png": plot_epipolar(calibration),
-        "coverage.png": plot_coverage(calibration),
+def calibration_figures(calibration: Record) -> dict[str, Figure]:
+    """Draw them, by name; the error map only where the truth is known."""
+    figures = {
+        "reprojection": reprojection_figure(calibration),
+        "epipolar": epipolar_figure(calibration),
+        "coverage": coverage_figure(calibration),
     }
-    if outcome.judgement is not None:
-        plots["error_map.png"] = plot_error_map(outcome.judgement.error_map)
-    return plots
+    if calibration.error_map is not None:
+        figures["error_map"] = error_map_figure(calibration.error_map)
+    return figures

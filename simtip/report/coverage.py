@@ -4,34 +4,37 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from simtip.calibrate import Calibration
+from simtip.calibration_images.record import Record
 from simtip.geometry import Array
-from simtip.report.style import GRAY, new_figure, png
+from simtip.report.style import GRAY, new_figure
 
 SHOWN_QUANTILE = 0.98
 """Errors above this quantile share the last colour."""
 
 
-def plot_coverage(calibration: Calibration) -> bytes:
-    """Draw both images' corners as a PNG file."""
-    left = calibration.rig.left
-    figure = new_figure(12.4, 0.9 + 5.6 * left.height / left.width)
+def coverage_figure(calibration: Record) -> Figure:
+    """Draw both images' corners."""
+    width, height = calibration.sizes[0]
+    figure = new_figure(12.4, 0.9 + 5.6 * height / width)
     axes = figure.subplots(1, 2)
     lengths = [
         np.linalg.norm(of.residual_px, axis=1) for of in (calibration.left, calibration.right)
     ]
     most = float(np.quantile(np.concatenate(lengths), SHOWN_QUANTILE))
     dots = None
-    for ax, side, of, length in zip(
-        axes, ("left", "right"), (calibration.left, calibration.right), lengths, strict=True
+    for ax, side, of, length, (width, height) in zip(
+        axes,
+        ("left", "right"),
+        (calibration.left, calibration.right),
+        lengths,
+        calibration.sizes,
+        strict=True,
     ):
-        camera = calibration.rig.left if side == "left" else calibration.rig.right
         pixels = of.corners.pixels
-        ax.add_patch(
-            Rectangle((-0.5, -0.5), camera.width, camera.height, fc="#f4f4f4", ec=GRAY, lw=1)
-        )
+        ax.add_patch(Rectangle((-0.5, -0.5), width, height, fc="#f4f4f4", ec=GRAY, lw=1))
         hull = _hull(pixels)
         ax.add_patch(Polygon(hull, fill=False, ec=GRAY, lw=1, ls="--"))
         order = np.argsort(length)
@@ -44,12 +47,12 @@ def plot_coverage(calibration: Calibration) -> bytes:
             vmin=0,
             vmax=max(most, 1e-12),
         )
-        share = _area(hull) / (camera.width * camera.height)
+        share = _area(hull) / (width * height)
         ax.set_title(f"{side}: {len(pixels)} corners, within {share:.0%} of the image", fontsize=11)
-        margin = 0.02 * camera.width
+        margin = 0.02 * width
         ax.set(
-            xlim=(-margin, camera.width + margin),
-            ylim=(camera.height + margin, -margin),
+            xlim=(-margin, width + margin),
+            ylim=(height + margin, -margin),
             aspect="equal",
             xlabel="u, px",
             ylabel="v, px",
@@ -59,7 +62,7 @@ def plot_coverage(calibration: Calibration) -> bytes:
         figure.colorbar(
             dots, ax=list(axes), label="reprojection error, px", shrink=0.85, extend="max"
         )
-    return png(figure)
+    return figure
 
 
 def _hull(pixels: Array) -> Array:

@@ -6,33 +6,34 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from simtip.calibrate import Calibration
+from simtip.calibration_images.record import Record
 from simtip.geometry import Array
-from simtip.report.style import BLUE, GRAY, ORANGE, new_figure, plain, png
+from simtip.report.style import BLUE, GRAY, ORANGE, new_figure, plain
 
 BINS = 30
 
 
-def plot_epipolar(calibration: Calibration) -> bytes:
-    """Draw each corner's distance and their distributions as a PNG file."""
+def epipolar_figure(calibration: Record) -> Figure:
+    """Draw each corner's distance and their distributions."""
     figure = new_figure(10, 7.4)
     axes = figure.subplot_mosaic([["each", "each"], ["raw", "undistorted"]], height_ratios=[1, 1.1])
-    _each(axes["each"], calibration.epipolar_rig.right_px)
+    _each(axes["each"], calibration.rig_px)
     _distribution(
         axes["raw"],
         "images as they are, as in the paper",
-        [("eight-point F", calibration.epipolar_raw.right_px, GRAY)],
+        [("eight-point F", calibration.raw_px, GRAY)],
     )
     _distribution(
         axes["undistorted"],
         "undistorted",
         [
-            ("eight-point F", calibration.epipolar.right_px, BLUE),
-            ("F of the rig", calibration.epipolar_rig.right_px, ORANGE),
+            ("eight-point F", calibration.eight_point_px, BLUE),
+            ("F of the rig", calibration.rig_px, ORANGE),
         ],
     )
-    return png(figure)
+    return figure
 
 
 def _distribution(axes: Axes, title: str, kinds: Sequence[tuple[str, Array, str]]) -> None:

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import SubFigure
+from matplotlib.figure import Figure, SubFigure
 
 from simtip.calibrate import ErrorMap
 from simtip.geometry import Array
-from simtip.report.style import new_figure, png
+from simtip.report.style import new_figure
 
 SLICES = 3
 
 
-def plot_error_map(found: ErrorMap) -> bytes:
-    """Draw the displacement, what a rigid fit leaves of it, and steps' errors, as a PNG file."""
+def error_map_figure(found: ErrorMap) -> Figure:
+    """Draw the displacement, what a rigid fit leaves of it, and steps' errors."""
     figure = new_figure(11, 10.6)
     rows: Any = figure.subfigures(3, 1, hspace=0.04)
     depths = np.unique(found.points_mm[:, 2])
@@ -26,7 +26,7 @@ def plot_error_map(found: ErrorMap) -> bytes:
         rows[1], found, found.deformation_mm, chosen, "what a rigid fit of the volume leaves of it"
     )
     _steps(rows[2], found, float(chosen[len(chosen) // 2]))
-    return png(figure)
+    return figure
 
 
 def _vectors(figure: SubFigure, found: ErrorMap, errors: Array, depths: Array, title: str) -> None:

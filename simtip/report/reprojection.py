@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
-from simtip.calibrate import Calibration, Reprojection
-from simtip.report.style import GRAY, SIDES, literal, new_figure, plain, png
+from simtip.calibrate.calibration import Reprojection
+from simtip.calibration_images.record import Record
+from simtip.report.style import GRAY, SIDES, literal, new_figure, plain
 
 MAX_LABELS = 40
 
 
-def plot_reprojection(calibration: Calibration) -> bytes:
-    """Draw them as a PNG file."""
+def reprojection_figure(calibration: Record) -> Figure:
+    """Draw them."""
     figure = new_figure(9, 7.4)
     axes = figure.subplot_mosaic([["left", "right"], ["views", "views"]], height_ratios=[1.35, 1])
     both = np.concatenate([calibration.left.residual_px, calibration.right.residual_px])
@@ -22,7 +24,7 @@ def plot_reprojection(calibration: Calibration) -> bytes:
     for side, of in (("left", calibration.left), ("right", calibration.right)):
         _corners(axes[side], of, side, reach)
     _views(axes["views"], calibration)
-    return png(figure)
+    return figure
 
 
 def _corners(axes: Axes, of: Reprojection, side: str, reach: float) -> None:
@@ -41,8 +43,8 @@ def _corners(axes: Axes, of: Reprojection, side: str, reach: float) -> None:
     plain(axes)
 
 
-def _views(axes: Axes, calibration: Calibration) -> None:
-    names = calibration.views_used
+def _views(axes: Axes, calibration: Record) -> None:
+    names = calibration.views
     at = np.arange(len(names))
     for shift, side, of in (
         (-0.2, "left", calibration.left),

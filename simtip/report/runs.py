@@ -58,6 +58,8 @@ def runs_of(labels: Sequence[object] | None, count: int) -> Iterator[Run]:
         if not alike:
             color, marker, name = COLORS[k % len(COLORS)], MARKERS[k], _name(label)
         look = {"color": color, "marker": marker, "ms": size, "mec": "white", "mew": 0.4}
+        if not alike:  # hollow: where runs agree, none hides another
+            look |= {"mfc": "none", "mec": color, "mew": 1.1}
         yield Run(np.array(rows), name, look)
 
 

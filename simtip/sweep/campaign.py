@@ -16,12 +16,11 @@ from simtip.sweep.pool import Pool
 from simtip.sweep.progress import progress
 from simtip.sweep.resuming import alone, as_json, open_table
 from simtip.sweep.running import run_sweep
-from simtip.sweep.sizes import parse_size
+from simtip.sweep.sizes import USUAL_SIZE, parse_size
 from simtip.sweep.speeds import keep_speeds
 from simtip.sweep.tally import Tally
 from simtip.sweep.work import Job, Setup, run_job
 
-USUAL_SIZE = "20GB"
 USUAL_LIMIT_S = 300.0
 
 
@@ -57,6 +56,16 @@ class Means:
         """How many processes of this machine there would be."""
         return self.workers or cores()
 
+    def pool(self) -> Pool:
+        """Make a pool for several sweeps, one after the other, to be closed after the last.
+
+        Raises
+        ------
+        InputError
+            See `Pool`.
+        """
+        return Pool(self.local_workers, self.scheduler, lasting=True)
+
 
 def cores() -> int:
     """Give how many cores this process may use."""
@@ -88,7 +97,13 @@ def prepare(plan: Plan, means: Means) -> Setup:
 
 
 def carry_out(
-    plan: Plan, setup: Setup, out: Path, means: Means, *, retry_failed: bool = False
+    plan: Plan,
+    setup: Setup,
+    out: Path,
+    means: Means,
+    *,
+    retry_failed: bool = False,
+    shared: Pool | None = None,
 ) -> Tally:
     """Work out a sweep, or go on with it.
 
@@ -102,6 +117,9 @@ def carry_out(
         Where it is worked out.
     retry_failed
         Whether trials that failed are tried again.
+    shared
+        Works on several sweeps, one after the other, and is closed by the caller; None is one
+        that `means` asks for.
 
     Raises
     ------
@@ -116,8 +134,8 @@ def carry_out(
         "sweep": setup.sweep,
         "scene": setup.scene,
     }
-    workers = min(means.local_workers, len(plan))
-    pool = Pool(workers, means.scheduler)
+    pool = shared or Pool(min(means.local_workers, len(plan)), means.scheduler)
+    workers = min(pool.workers, len(plan))
     if pool.local:
         renders = max(1, -(-len(plan) // plan.block))
         setup = replace(
@@ -127,8 +145,9 @@ def carry_out(
         )
     try:
         with alone(out):
-            pool.get_ready(run_job, Job(setup, ()))
             table, done = open_table(out, plan, about, setup.code, retry_failed=retry_failed)
+            if not done.all():
+                pool.get_ready(run_job, Job(setup, ()))
             table.compact()
             with progress(len(plan)) as report:
                 tally = run_sweep(
@@ -151,4 +170,5 @@ def carry_out(
             remedy="free some space and give the same command: it goes on",
         ) from error
     finally:
-        pool.close()
+        if shared is None:
+            pool.close()

@@ -25,14 +25,15 @@ def to_csv(frame: pd.DataFrame) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerow([_cell(str(name)) for name in frame.columns])
+    writer.writerow([cell_text(str(name)) for name in frame.columns])
     for start in range(0, len(frame), CHUNK_ROWS):
         chunk = frame.iloc[start : start + CHUNK_ROWS]
-        writer.writerows(zip(*(map(_cell, plain(chunk[name])) for name in chunk), strict=True))
+        writer.writerows(zip(*(map(cell_text, plain(chunk[name])) for name in chunk), strict=True))
     return out.getvalue()
 
 
-def _cell(value: object) -> str:
+def cell_text(value: object) -> str:
+    """Give a cell as text, before it is quoted."""
     if value is None:
         return ""
     if isinstance(value, bool):

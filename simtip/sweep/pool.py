@@ -31,6 +31,8 @@ class Pool:
         Processes of this machine.
     scheduler
         Address of a Dask scheduler, e.g. ``tcp://host:8786``; None for this machine.
+    lasting
+        Whether processes of this machine go on from one sweep to the next, until `close`.
 
     Attributes
     ----------
@@ -46,8 +48,11 @@ class Pool:
         `simtip[cluster]` is not installed, or there is no scheduler.
     """
 
-    def __init__(self, workers: int, scheduler: str | None = None) -> None:
+    def __init__(
+        self, workers: int, scheduler: str | None = None, *, lasting: bool = False
+    ) -> None:
         self.local = scheduler is None
+        self._lasting = lasting
         self._client = None if scheduler is None else _client(scheduler)
         self.workers = workers if self._client is None else max(1, len(_workers(self._client)))
         self.most_jobs = self.workers if self.local else 2 * self.workers
@@ -55,7 +60,7 @@ class Pool:
 
     def get_ready(self, work: Callable[[Job], Done], job: Job) -> None:
         """Let processes of this machine start, and do a job that makes them ready for others."""
-        if self.local:
+        if self.local and self._ready is None:
             self._ready = self.executor()
             for _ in range(self.workers):
                 self._ready.submit(work, job)
@@ -69,6 +74,13 @@ class Pool:
             made: Executor = self._client.get_executor(pure=False, retries=0)
             return made
         return Processes(self.workers)
+
+    def give_back(self, executor: Executor) -> None:
+        """Take an executor back that is idle: for the next sweep, or to end it."""
+        if self._lasting and self.local:
+            self._ready = executor
+        else:
+            stop(executor)
 
     def close(self) -> None:
         """Leave the cluster, or end processes that nobody has asked for."""

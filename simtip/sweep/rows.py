@@ -91,10 +91,10 @@ def _heading(trial: Trial, key: str, form: Form) -> Row:
 
 def factor_cells(trial: Trial, kinds: Mapping[str, str]) -> Row:
     """Give a trial's values of the factors as cells of columns of these kinds."""
-    return {path: _cell(value, kinds[path]) for path, value in trial.factors.items()}
+    return {path: cell_of(value, kinds[path]) for path, value in trial.factors.items()}
 
 
-def _cell(value: Any, kind: str) -> object:
+def cell_of(value: Any, kind: str) -> object:
     """Give a factor's value as a cell: parts and lists as text."""
     if value is None or (kind != "text" and isinstance(value, bool | int | float)):
         return float(value) if kind == "float" and value is not None else value

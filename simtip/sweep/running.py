@@ -159,7 +159,7 @@ class _Run:
                 stop(self._executor)
                 self._flush(0)
                 raise
-            stop(self._executor)  # they are idle, and take a while to leave by themselves
+            self._pool.give_back(self._executor)
             self._flush(0)
             self._report(self.tally)
             shutil.rmtree(self._notes, ignore_errors=True)

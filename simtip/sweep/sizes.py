@@ -6,6 +6,9 @@ import re
 
 from simtip.errors import InputError
 
+USUAL_SIZE = "20GB"
+"""Of a cache."""
+
 SIZE_OPTION = "--cache-size"
 UNITS = ("B", "kB", "MB", "GB", "TB")
 SIZE = re.compile(r"\s*([0-9]{1,15})(?:\.([0-9]{1,9}))?\s*(?:([kmgt])(i?))?b\s*", re.IGNORECASE)

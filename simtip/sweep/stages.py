@@ -126,7 +126,7 @@ class Stages:
         """
         key = self._plan.key(trial)
         try:
-            setting = self._setting(trial)
+            setting = self.setting(trial)
             found = self._measured(trial, setting)
         except InputError as error:
             return failed(trial, key, INVALID, str(error), self._form)
@@ -140,24 +140,31 @@ class Stages:
 
     def light(self, trial: Trial) -> float | None:
         """See to it that a trial's light is there, and give what it took, s; None if it was."""
-        setting = self._setting(trial)
+        setting = self.setting(trial)
         timings: dict[str, float] = {}
         if self._cache is None or self._cache.entry(LIGHT, setting.light) is None:
             self._lights.give(setting.light, lambda: self._lit(setting, timings))
         return timings.get("render_s")
 
-    def shot(self, trial: Trial) -> tuple[Setting, Shot]:
-        """Give what is true of a trial, and its images, which nobody can change.
+    def shot(self, trial: Trial) -> Shot:
+        """Give a trial's images, from the cache or made anew; nobody can change them.
+
+        Raises
+        ------
+        InputError
+            There is no such scene, or no exposure of it.
+        """
+        setting = self.setting(trial)
+        return self._shots.give(setting.images, lambda: self._shot(setting, {}))
+
+    def setting(self, trial: Trial) -> Setting:
+        """Give what a trial's images are made of, their truth and keys.
 
         Raises
         ------
         InputError
             There is no such scene.
         """
-        setting = self._setting(trial)
-        return setting, self._shots.give(setting.images, lambda: self._shot(setting, {}))
-
-    def _setting(self, trial: Trial) -> Setting:
         name = digest_of([dict(trial.values), trial.repeat])
         return self._settings.give(name, lambda: self._new_setting(trial))
 

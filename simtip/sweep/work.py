@@ -130,7 +130,7 @@ def run_job(job: Job) -> Done:
 def _run(job: Job) -> Done:
     start = time.perf_counter()
     with leaving_at_once():
-        plan, stages = _workshop(job.setup)
+        plan, stages = workshop(job.setup)
     before = dict(stages.counts)
     rows: list[Row] = []
     render_s = None
@@ -153,7 +153,7 @@ def _run(job: Job) -> Done:
 
 
 @lru_cache(maxsize=2)
-def _workshop(setup: Setup) -> tuple[Plan, Stages]:
+def workshop(setup: Setup) -> tuple[Plan, Stages]:
     """Make what a process needs for a sweep."""
     spec = SweepSpec.model_validate_json(setup.sweep, strict=True)
     scene = SceneSpec.model_validate_json(setup.scene, strict=True)

@@ -67,7 +67,39 @@ def test_an_interval_is_students_over_replicates():
     values = {frozenset(): np.zeros((4, 1)), frozenset([0]): np.array([[1.0], [2], [3], [4]])}
     found = split(values, 1, 0.95)
     half = 3.182446305 * np.std([1, 2, 3, 4], ddof=1) / 2
-    assert found.shapley[0] == pytest.approx([2.5, 2.5 - half, 2.5 + half])
+    assert found.shapley[0] == pytest.approx([2.5, 2.5 - half, 2.5 * np.exp(half / 2.5)])
+    assert found.total == pytest.approx([2.5, 2.5 * np.exp(-half / 2.5), 2.5 * np.exp(half / 2.5)])
+    moved = {frozenset(): np.zeros((4, 1)), frozenset([0]): np.array([[-1.0], [0], [1], [2]])}
+    found = split(moved, 1, 0.95)
+    assert found.shapley[0] == pytest.approx([0.5, 0.5 - half, 0.5 + half])
+
+
+def square(error):
+    return (error**2).sum(axis=-1)
+
+
+SQUARES = {
+    "calibration": (lambda _, draw, own: square(draw + 0.1 * own), 3.03),
+    "places": (lambda place, _, own: square(place + 0.1 * own), 3.03),
+    "all": (lambda place, draw, own: square(place + draw + own), 9.0),
+    "offset": (lambda _, draw, own: square([2, 0, 0] + 0.5 * draw + 0.3 * own), 5.02),
+}
+DIFFERENCES = {
+    "share": (lambda place, draw, _: square(place + 0.5 * draw) - square(0.5 * draw), 3.0),
+    "alone": (lambda _, draw, own: square(draw + 0.1 * own) - square(0.1 * own), 3.0),
+}
+
+
+@pytest.mark.parametrize("kind", [*SQUARES, *DIFFERENCES])
+def test_intervals_of_squares_hold_the_mean(kind):
+    """Square errors are skewed; a square of one normal number, drawn five times, is the worst."""
+    made, true = (SQUARES | DIFFERENCES)[kind]
+    rng, held, tries = np.random.default_rng(7), 0, 2000
+    for _ in range(tries):
+        errors = [rng.normal(size=shape) for shape in ((1, 15, 3), (5, 1, 3), (5, 15, 3))]
+        _, low, high = grand_mean(made(*errors), 0.95, squares=kind in SQUARES)
+        held += low <= true <= high
+    assert 0.925 < held / tries < 0.985
 
 
 @pytest.mark.parametrize(

@@ -111,8 +111,9 @@ def test_the_file_holds_the_rig(calibrated):
 
 def test_every_plot_is_a_picture(calibrated):
     plots = sorted(path.name for path in (calibrated.folder / "plots").iterdir())
-    assert plots == ["coverage.png", "epipolar.png", "error_map.png", "reprojection.png"]
-    for name in plots:
+    pictures = ["coverage.png", "epipolar.png", "error_map.png", "reprojection.png"]
+    assert plots == sorted([*pictures, "calibration.json", "points.json"])
+    for name in pictures:
         image = cv2.imread(str(calibrated.folder / "plots" / name))
         assert image.shape[1] > 1000
         assert image.std() > 10

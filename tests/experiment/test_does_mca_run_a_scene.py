@@ -69,6 +69,17 @@ def test_it_is_there_when_asked_again(done):
 
 
 @pytest.mark.slow
+def test_positions_are_told_in_the_stages_frame_on_request(done):
+    file, out, told = done
+    staged = asked("mca", file, "-o", out, "--frame", "stage")["position"]
+    assert told["position"]["frame"] == "camera"
+    assert staged["frame"] == "stage"
+    error = told["registration"]["position_error_mm"]
+    assert [staged["rms_mm"], staged["max_mm"]] == [error["rms"], error["max"]]
+    assert staged["rms_mm"] < told["position"]["rms_mm"]
+
+
+@pytest.mark.slow
 def test_its_folder_holds_what_a_user_looks_for(done):
     _, out, told = done
     assert json.loads((out / "mca.json").read_text())["agreement"] == told["agreement"]

@@ -58,6 +58,12 @@ def test_a_wrong_field_is_named(tmp_path, said, field, problem):
     assert "scene.yaml" in line
 
 
+def test_a_frame_that_nobody_registers_is_refused(tmp_path):
+    line = refused(scene_file(tmp_path), "--frame", "stage", "-o", tmp_path / "out")
+    assert "--frame" in line
+    assert "experiment.schedule.registration" in line
+
+
 def test_an_experiment_may_stand_in_a_file_of_its_own(tmp_path):
     file = tmp_path / "experiment.yaml"
     file.write_text("schedule:\n  steps: 4\n  runs: 1")
