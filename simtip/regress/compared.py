@@ -103,22 +103,17 @@ def _judged(family: Sequence[Change], level: float, *, paired: bool) -> list[Cha
     """Say of a family's tests what they tell."""
     significant = holm([one.p for one in family], level)
     return [
-        one.judged(
-            significant=found, doubtful=_is_doubtful(one, level / len(family), paired=paired)
-        )
+        one.judged(significant=found, doubtful=paired and _is_doubtful(one))
         for one, found in zip(family, significant, strict=True)
     ]
 
 
-def _is_doubtful(one: Change, level: float, *, paired: bool) -> bool:
-    """Say whether a change that is not significant may not be called none.
+def _is_doubtful(one: Change) -> bool:
+    """Say whether a change on the same images that is not significant may not be called none.
 
-    On the same images, any tip that is lost is the detector's doing. With fresh noise, and with
-    fewer trials than could ever have told, what looks as changed as it can is in doubt.
+    Any tip that is lost there is the detector's doing.
     """
-    if paired and (one.kind == DETECTION or one.p <= SUSPICIOUS):
-        return True
-    return one.least_p > level and one.p <= max(SUSPICIOUS, 2 * one.least_p)
+    return one.kind == DETECTION or one.p <= SUSPICIOUS
 
 
 def _without_doubt(pooled: list[Change], alone: Sequence[Change]) -> list[Change]:
