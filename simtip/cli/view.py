@@ -25,7 +25,7 @@ def view(
     cache: CacheOption = None,
     backend: BackendOption = None,
 ) -> None:
-    """Look at rig, needle, rays and images in Rerun (extra simtip[viewer]).
+    """Look at rig, needle, rays and images in Rerun, which comes with the extra `viewer`.
 
     DIR is as for `simtip export`. The timeline counts trials.
     """
