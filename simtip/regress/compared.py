@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from simtip.regress.change import BETTER, DETECTION, MOVED, SAME, UNTOLD, WORSE, Change
+from simtip.regress.change import BETTER, DETECTION, MOVED, OUTLIERS, SAME, UNTOLD, WORSE, Change
 from simtip.regress.exact import holm
 from simtip.regress.pooled import pooled_changes
 from simtip.regress.quantities import Pair, changes_of
 from simtip.regress.tolerance import Tolerance
 
 LEVEL = 0.001
-"""Of each of three families of tests, so that at most 0.3 % of checks of an unchanged detector say
-anything: detection in all conditions; all else in all conditions; every condition alone."""
+"""Of each of four families of tests, so that at most 0.4 % of checks of an unchanged detector say
+anything: detection in all conditions; outliers; shifts and spreads; every condition alone."""
 
 PAIRED_LEVEL = 0.004
 """Of the first one on the same images, on which an unchanged detector mostly finds the same: nine
@@ -89,7 +89,8 @@ def compare(pairs: Mapping[str, Pair], tolerance: Tolerance, *, paired: bool) ->
     level = detection_level(paired=paired)
     pooled = [
         *_judged([detection], level, paired=paired),
-        *_judged(others, LEVEL, paired=paired),
+        *_judged([one for one in others if one.kind == OUTLIERS], LEVEL, paired=paired),
+        *_judged([one for one in others if one.kind != OUTLIERS], LEVEL, paired=paired),
     ]
     return Compared(conditions, _without_doubt(pooled, flat), paired)
 
@@ -111,9 +112,9 @@ def _judged(family: Sequence[Change], level: float, *, paired: bool) -> list[Cha
 def _is_doubtful(one: Change) -> bool:
     """Say whether a change on the same images that is not significant may not be called none.
 
-    Any tip that is lost there is the detector's doing.
+    Any tip there that is lost, or far off, is the detector's doing.
     """
-    return one.kind == DETECTION or one.p <= SUSPICIOUS
+    return one.kind in (DETECTION, OUTLIERS) or one.p <= SUSPICIOUS
 
 
 def _without_doubt(pooled: list[Change], alone: Sequence[Change]) -> list[Change]:

@@ -62,9 +62,9 @@ def test_what_is_equal_is_the_same():
     [(0.0, 1.0, WORSE), (1.0, -0.9, BETTER), (-0.5, 1.0, MOVED), (0.0, 0.01, SAME)],
 )
 def test_a_shift_is_judged_by_the_distance_from_the_truth(bias, shift, state, paired):
-    before = [sample(noise(k) + bias) for k in range(8)]
+    before = [sample(noise(k, 0.02) + bias) for k in range(8)]
     after = [
-        sample(noise(k if paired else 100 + k) + bias + shift * np.array([1.0, 1.0]))
+        sample(noise(k if paired else 100 + k, 0.02) + bias + shift * np.array([1.0, 1.0]))
         for k in range(8)
     ]
     found, _ = compared(before, after, paired=paired)

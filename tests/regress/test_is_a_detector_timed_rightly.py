@@ -13,9 +13,11 @@ from simtip.regress.change import BETTER, SAME, UNTOLD, WORSE
 from simtip.regress.time_change import time_change
 from simtip.regress.timing import Ratio, measured_ratio, running_time
 
+SLICE_S = 0.002
+
 
 class Machine:
-    """A clock that operations move, on a machine that others slow down at random."""
+    """A clock that operations move, on a machine whose turns others slow down at random."""
 
     def __init__(self, seed: int, busy: float = 0.0) -> None:
         self.now = 0.0
@@ -23,8 +25,11 @@ class Machine:
 
     def operation(self, seconds: float):
         def operate() -> None:
-            slowed = 1 + self._busy * self._rng.exponential()
-            self.now += seconds * slowed
+            left = seconds
+            while left > 0:
+                now = min(left, SLICE_S)
+                self.now += now * (1 + self._busy * self._rng.exponential())
+                left -= now
 
         return operate
 
