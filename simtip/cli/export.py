@@ -45,8 +45,8 @@ def export(
 ) -> None:
     """Write images and their truth in formats that other programs read.
 
-    DIR is a folder of run, render, remix, boards, sweep, mca or budget, or several. Images of
-    sweeps come from the cache, or are rendered again if this simtip would make the same.
+    DIR is a folder of run, render, remix, boards, sweep, mca or budget, or several. Sweeps' images
+    come from the cache, or are rendered again if this simtip would make the same.
     """
     from simtip.console import progress_bar
     from simtip.export import Settings, write_export

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from simtip.cli.detector_options import SettingsOption, parse_settings
+from simtip.cli.detector_options import SettingsOption, chatter_aside, parse_settings
 from simtip.cli.errors import fail
 from simtip.cli.experiment import CacheOption, WorkersOption
 from simtip.cli.options import BackendOption, JsonOption, named
@@ -75,7 +75,7 @@ def record_baseline(
     _check_name(detector)
     chosen = Chosen(detector, parse_settings(settings), detector is not None)
     read = read_suite(suite)
-    with _working_in(None) as folder:
+    with _working_in(None) as folder, chatter_aside():
         made = record(
             *(read, chosen, out, folder, Means(workers, None, backend, cache, cache_size)),
             seed=seed,
@@ -132,7 +132,8 @@ def check_baseline(
     from simtip.regress.markdown import markdown_of
     from simtip.regress.result import result_of, write_result
 
-    for place in (junit, summary):
+    added = (os.environ.get(SUMMARY) or None) if summary is None else None
+    for place in (junit, summary, None if added is None else Path(added)):
         _check_writable(place)
     baseline, suite = _read(file)
     outcome = _checked(
@@ -146,8 +147,8 @@ def check_baseline(
         write_atomically(junit, junit_of(result))
     if summary is not None:
         write_atomically(summary, markdown_of(result).encode())
-    elif os.environ.get(SUMMARY):
-        _add(Path(os.environ[SUMMARY]), markdown_of(result))
+    elif added:
+        _add(Path(added), markdown_of(result))
     if as_json:
         print_json(result)
     else:
@@ -242,7 +243,7 @@ def _checked(
 
     _check_name(detector)
     chosen = chosen_for(baseline.detector, detector, parse_settings(settings))
-    with _working_in(out) as folder:
+    with _working_in(out) as folder, chatter_aside():
         return check(
             *(baseline, suite, chosen, folder, Means(workers, None, backend, cache, cache_size)),
             seed=seed,

@@ -38,11 +38,22 @@ def model_info(needle: Needle) -> dict[str, Any]:
 
 def diameter(points: Array) -> float:
     """Give the largest distance between any two of points (n, 3)."""
-    corners = points[ConvexHull(points).vertices]
+    corners = _far_out(points[ConvexHull(points).vertices])
     return max(
         float(cdist(corners[start : start + BLOCK], corners).max())
         for start in range(0, len(corners), BLOCK)
     )
+
+
+def _far_out(points: Array) -> Array:
+    """Leave out points (n, 3) that cannot be an end of the longest distance."""
+    start = points[cdist(points[:1], points).argmax()]
+    at_least = cdist(start[None], points).max()
+    low, high = points.min(axis=0), points.max(axis=0)
+    # No point is farther off than the farthest corner of the box around all.
+    at_most = np.linalg.norm(np.maximum(points - low, high - points), axis=1)
+    kept: Array = points[at_most >= at_least]
+    return kept
 
 
 def symmetries(needle: Needle) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def sweep_page(results: Results, options: Options) -> Page:
         shown = told(frame, varying, options.limit_mm)
         data, settings = {"trials": shown.data}, shown.settings
         sections += _explorers(varying, shown)
-        worst = worst_section(table, frame, factors or ["detector"], options)
+        worst = worst_section(table, frame, list(dict.fromkeys([*factors, *varying])), options)
         if worst is not None:
             sections.append(worst)
         sections.append(Section("trials", "Trials", [Explorer("trials")]))

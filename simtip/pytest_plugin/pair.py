@@ -116,10 +116,9 @@ class Pair:
                     refiner=self.setting.refiner,
                 )
         except Exception as raised:
-            trace = beyond_simtip(raised.__traceback__)
-            if trace is None:  # a fault of simtip's own
-                raise
-            raise raised.with_traceback(trace) from raised.__cause__
+            # Where none of it is the test's, it is a fault of simtip's own.
+            raised.__traceback__ = beyond_simtip(raised.__traceback__) or raised.__traceback__
+            raise
         self.used.note(self, measurement)
         return MeasuredPair(self, measurement, error)
 

@@ -134,6 +134,9 @@ class Baseline(Part):
     version: Literal[1] = VERSION
     suite: SuiteReference
     detector: DetectorReference
+    seed: Annotated[
+        int | None, Field(ge=0, lt=2**63, description="Of the noise, if not the suite's.")
+    ] = None
     made_with: Versions
     tolerance: Tolerance
     accepted: list[Accepted] = []

@@ -93,7 +93,8 @@ def _validated(document: Document, data: dict[str, Any]) -> Baseline:
     try:
         return Baseline.model_validate_json(text, strict=True)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
+        found = error.errors(include_url=False)
+        first = min(found, key=lambda one: one["type"] != "extra_forbidden")
         place = tuple(part for part in first["loc"] if part not in ("float", "constrained-float"))
         said = {"extra_forbidden": "is no key of a baseline", "missing": "is missing"}
         problem = said.get(first["type"]) or first["msg"].replace("Input should ", "has to ")

@@ -163,7 +163,7 @@ def check(
     means
         What works on it.
     seed
-        Of the noise: another one than the baseline's compares statistically. None is the suite's.
+        Of the noise: another one than the baseline's compares statistically. None is the same.
     only
         Names of cases; None is all.
     said
@@ -177,7 +177,7 @@ def check(
         The same call goes on.
     """
     chosen = [case for case in suite.cases if only is None or case.name in only]
-    cases = planned(chosen, detector, means, seed)
+    cases = planned(chosen, detector, means, baseline.seed if seed is None else seed)
     versions = versions_now(means.backend)
     pool = Pool(means.local_workers, lasting=True)
     try:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from simtip.regress.change import BETTER, DETECTION, MOVED, SAME, UNTOLD, WORSE, Change
+from simtip.regress.change import BETTER, DETECTION, MOVED, OUTLIERS, SAME, UNTOLD, WORSE, Change
 from simtip.regress.exact import holm
 from simtip.regress.pooled import pooled_changes
 from simtip.regress.quantities import Pair, changes_of
 from simtip.regress.tolerance import Tolerance
 
 LEVEL = 0.001
-"""Of each of three families of tests, so that at most 0.3 % of checks of an unchanged detector say
-anything: detection in all conditions; all else in all conditions; every condition alone."""
+"""Of each of four families of tests, so that at most 0.4 % of checks of an unchanged detector say
+anything: detection in all conditions; outliers; shifts and spreads; every condition alone."""
 
 PAIRED_LEVEL = 0.004
 """Of the first one on the same images, on which an unchanged detector mostly finds the same: nine
@@ -89,7 +89,8 @@ def compare(pairs: Mapping[str, Pair], tolerance: Tolerance, *, paired: bool) ->
     level = detection_level(paired=paired)
     pooled = [
         *_judged([detection], level, paired=paired),
-        *_judged(others, LEVEL, paired=paired),
+        *_judged([one for one in others if one.kind == OUTLIERS], LEVEL, paired=paired),
+        *_judged([one for one in others if one.kind != OUTLIERS], LEVEL, paired=paired),
     ]
     return Compared(conditions, _without_doubt(pooled, flat), paired)
 
@@ -103,22 +104,17 @@ def _judged(family: Sequence[Change], level: float, *, paired: bool) -> list[Cha
     """Say of a family's tests what they tell."""
     significant = holm([one.p for one in family], level)
     return [
-        one.judged(
-            significant=found, doubtful=_is_doubtful(one, level / len(family), paired=paired)
-        )
+        one.judged(significant=found, doubtful=paired and _is_doubtful(one))
         for one, found in zip(family, significant, strict=True)
     ]
 
 
-def _is_doubtful(one: Change, level: float, *, paired: bool) -> bool:
-    """Say whether a change that is not significant may not be called none.
+def _is_doubtful(one: Change) -> bool:
+    """Say whether a change on the same images that is not significant may not be called none.
 
-    On the same images, any tip that is lost is the detector's doing. With fresh noise, and with
-    fewer trials than could ever have told, what looks as changed as it can is in doubt.
+    Any tip there that is lost, or far off, is the detector's doing.
     """
-    if paired and (one.kind == DETECTION or one.p <= SUSPICIOUS):
-        return True
-    return one.least_p > level and one.p <= max(SUSPICIOUS, 2 * one.least_p)
+    return one.kind in (DETECTION, OUTLIERS) or one.p <= SUSPICIOUS
 
 
 def _without_doubt(pooled: list[Change], alone: Sequence[Change]) -> list[Change]:

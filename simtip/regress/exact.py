@@ -74,6 +74,27 @@ def stratified_rank_sum(strata: Sequence[tuple[Array, Array]]) -> Tested:
     return Tested(_two_sided(pmf, observed), least)
 
 
+def critical_rank_sum(n: int, level: float) -> float | None:
+    """Give the least rank sum of n values after n others that is significant, without ties.
+
+    Parameters
+    ----------
+    n
+        Before, and as many after.
+    level
+        Two-sided.
+
+    Returns
+    -------
+    sum
+        Of the ranks 0, 1, ..; None if not even the largest is.
+    """
+    chances = _subset_sums(np.arange(2 * n), n)
+    above = np.cumsum(chances[::-1])[::-1]
+    enough = np.flatnonzero(2 * above <= level)
+    return float(enough[0]) if len(enough) else None
+
+
 def signed_rank(differences: Array) -> Tested:
     """Test pairs: Wilcoxon's signed ranks, zeros left out, with midranks, given the ties.
 

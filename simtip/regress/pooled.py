@@ -12,6 +12,7 @@ from simtip.regress.exact import Tested, signed_rank, stratified_rank_sum
 from simtip.regress.quantities import (
     FEWEST,
     FLOOR_PX,
+    SIDEWAYS,
     Pair,
     deviation,
     distances,
@@ -76,10 +77,12 @@ def _shifts(
         strata = _strata(pairs, view, axis, needle=needle)
         if not strata:
             continue
+        other = _strata(pairs, view, 1 - axis, needle=needle)
+        sideways = abs(float(np.mean([y.mean() - x.mean() for x, y in other])))
         before = np.array([x.mean() for x, _ in strata])
         after = np.array([y.mean() for _, y in strata])
         scatter = float(np.sqrt(np.mean([deviation(x) ** 2 for x, _ in strata])))
-        least = max(tolerance.bias_px, POOLED_SIGMA * scatter)
+        least = max(tolerance.bias_px, POOLED_SIGMA * scatter, SIDEWAYS * sideways)
         one = shift_change(
             *(VIEWS[view], names[axis], float(before.mean()), float(after.mean())),
             *(_tested(strata, paired=paired), least),

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 from scipy import optimize, stats
 
-from simtip.regress.exact import rank_sum
+from simtip.geometry import Array
+from simtip.regress.exact import critical_rank_sum, rank_sum
 
 POWER = 0.9
+DRAWS = 4000
+MOST_SIMULATED = 60
+"""Trials of a condition, above which the normal approximation stands in."""
+
 RANKS_EFFICIENCY = 3 / math.pi
 """Of rank sums against Student's t with normal values."""
 
@@ -67,18 +74,12 @@ def power_of_all(
     }
 
 
+@cache
 def least_shift(n: int, alpha: float) -> float | None:
     """Give the shift in standard deviations that a rank sum of n and n sees."""
-    if n < 2 or 2 / math.comb(2 * n, n) > alpha:
-        return None
-    critical = float(stats.t.isf(alpha / 2, 2 * n - 2))
-
-    def missed(shift: float) -> float:
-        seen = stats.nct.sf(critical, 2 * n - 2, shift * math.sqrt(n / 2))
-        return float(seen) - POWER
-
-    found = float(optimize.brentq(missed, 0, 60))
-    return found / math.sqrt(RANKS_EFFICIENCY)
+    if n > MOST_SIMULATED:
+        return _normal_shift(n, alpha)
+    return _least(n, alpha, lambda x, y, by: (x, y + by), (0.0, 60.0))
 
 
 def _normal_shift(n: int, alpha: float) -> float:
@@ -86,19 +87,43 @@ def _normal_shift(n: int, alpha: float) -> float:
     return needed * math.sqrt(2 / n) / math.sqrt(RANKS_EFFICIENCY)
 
 
+@cache
 def least_ratio(n: int, strata: int, alpha: float) -> float | None:
-    """Give the ratio of standard deviations that rank sums of distances see, by their mean.
+    """Give the ratio of standard deviations that rank sums of distances see.
 
-    Of normal values, the one farther from its centre is of those with ``ratio`` times the scatter
-    with the probability 2 atan(ratio) / pi.
+    Of many values by their mean: of normal values, the one farther from its centre is of those
+    with ``ratio`` times the scatter with the probability 2 atan(ratio) / pi.
     """
-    if strata == 1 and (n < 2 or 2 / math.comb(2 * n, n) > alpha):
-        return None
+    if strata == 1 and n <= MOST_SIMULATED:
+        return _least(n, alpha, lambda x, y, by: (np.abs(x), by * np.abs(y)), (1.0, 1e4))
     sigma = math.sqrt((2 * n + 1) / (12 * n * n * strata))
     needed = 0.5 + sigma * float(stats.norm.isf(alpha / 2) + stats.norm.ppf(POWER))
     return math.tan(0.5 * math.pi * needed) if needed < 0.98 else None
 
 
+def _least(
+    n: int,
+    alpha: float,
+    changed: Callable[[Array, Array, float], tuple[Array, Array]],
+    ends: tuple[float, float],
+) -> float | None:
+    """Find by simulation which change a rank sum sees nine times of ten."""
+    enough = critical_rank_sum(n, alpha)
+    if n < 2 or enough is None:
+        return None
+    x, y = np.random.default_rng(n).normal(size=(2, DRAWS, n))
+
+    def missed(by: float) -> float:
+        before, after = changed(x, y, by)
+        ranks = np.argsort(np.argsort(np.concatenate([before, after], axis=1), axis=1), axis=1)
+        return float(np.mean(ranks[:, n:].sum(axis=1) >= enough)) - POWER
+
+    if missed(ends[1]) < 0:
+        return None
+    return float(optimize.brentq(missed, *ends, xtol=1e-3))
+
+
+@cache
 def least_loss(n: int, alpha: float) -> float | None:
     """Give the share of lost detections that Fisher's test of n and n sees, all found before."""
     marks = [rank_sum(np.ones(n), (np.arange(n) >= k).astype(float)).p for k in range(n + 1)]

@@ -71,6 +71,7 @@ def record(
     return Baseline(
         suite=suite_reference(suite, file),
         detector=detector.reference,
+        seed=seed,
         made_with=versions_now(means.backend),
         tolerance=tolerance,
         time=times,

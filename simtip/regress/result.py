@@ -28,7 +28,7 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
     """
     compared, recorded = outcome.compared, outcome.baseline
     trials = [len(one.now.found) for one in outcome.seen if one.now is not None]
-    others = max(len(compared.pooled) - 1, 1)
+    others = max(len(compared.pooled) - 2, 1)
     usual = min(trials, default=0)
     detection = detection_level(paired=compared.paired)
     return {
@@ -51,8 +51,13 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
         },
         "time": None if outcome.time is None else outcome.time.to_dict(),
         "statistics": {
-            "levels": {"detection": detection, "all_conditions": LEVEL, "each_condition": LEVEL},
-            "false_alarm_rate": detection + 2 * LEVEL,
+            "levels": {
+                "detection": detection,
+                "outliers": LEVEL,
+                "shifts_and_spreads": LEVEL,
+                "each_condition": LEVEL,
+            },
+            "false_alarm_rate": detection + 3 * LEVEL,
             "tests_of_conditions": compared.tests,
             "tolerance": recorded.tolerance.model_dump(mode="json"),
         },

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import secrets
 import sys
+import sysconfig
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -81,7 +82,7 @@ def show(
 
     recording = rr.RecordingStream(NAME, recording_id=uuid4())
     if where.file is None:
-        recording.spawn()
+        _open_window(recording)
         _record(recording, contents, done)
         recording.flush()
         return
@@ -100,6 +101,19 @@ def show(
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _open_window(recording: rr.RecordingStream) -> None:
+    # The viewer is a program beside this interpreter, where PATH need not lead.
+    places = [sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)]
+    os.environ["PATH"] = os.pathsep.join(places)
+    try:
+        recording.spawn()
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[0].rstrip(".")
+        raise InputError(
+            f"the viewer cannot be opened ({reason})", remedy="give --save FILE.rrd instead"
+        ) from error
 
 
 def _record(recording: rr.RecordingStream, contents: Contents, done: Callable[[], None]) -> None:

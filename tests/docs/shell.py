@@ -72,7 +72,9 @@ def run(block: Block, folder: Path) -> str:
         assert line.words[0] in COMMANDS, f"{place}: unknown command"
         words = line.words[:-2] if line.into else line.words
         answer = COMMANDS[words[0]](words, folder)
-        assert answer.code == line.code, f"{place}: exit code {answer.code}: {answer.err}"
+        assert answer.code == line.code, (
+            f"{place}: exit code {answer.code}: {answer.err or answer.out}"
+        )
         if line.into:
             (folder / line.into).write_text(answer.out, encoding="utf-8")
         said += answer.out

@@ -27,6 +27,8 @@ def check(block: Block, folder: Path) -> str:
         tomllib.loads(block.text)
     else:
         data = yaml.safe_load(block.text)
+        if isinstance(data, list):  # steps of a job, which alone are lists
+            data = {"jobs": {"job": {"steps": data}}}
         assert isinstance(data, dict), f"{block.place}: is no mapping"
         path = folder / (block.file or "shown.yaml")
         path.parent.mkdir(parents=True, exist_ok=True)

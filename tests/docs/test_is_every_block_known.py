@@ -22,6 +22,7 @@ NOT_RUN = {
     ("README.md", "installs; make test does the same"),
     ("docs/calibration.md", "photographs of your own"),
     ("docs/pytest.md", "the standard suite takes minutes; tests/pytest_plugin runs these"),
+    ("docs/regress.md", "the standard suite takes minutes; the tutorial runs these on a small one"),
     ("docs/report.md", "a trial of a sweep that is not told"),
     ("docs/your_detector.md", "MATLAB is somebody else's program"),
 }

@@ -27,7 +27,10 @@ def chromium():
     program = named or next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         _refused("there is no Chromium: install one, or name it by SIMTIP_BROWSER")
-    sync_api = pytest.importorskip("playwright.sync_api")
+    try:
+        from playwright import sync_api
+    except ImportError:
+        _refused("there is no playwright: it comes with the test dependencies")
     with sync_api.sync_playwright() as started:
         browser = started.chromium.launch(executable_path=program, args=list(FLAGS))
         yield browser

@@ -13,6 +13,7 @@ def complaint(done: pytest.RunResult) -> str:
     assert "Traceback" not in said
     assert "factory.py" not in said
     assert "INTERNALERROR" not in said
+    assert "During handling" not in said
     return lines[0].removeprefix("simtip: ")
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET  # of a file that the test itself has made
 
 import numpy as np
@@ -160,6 +161,23 @@ def test_a_function_that_raises_is_shown_where_it_does(mine):
     assert "During handling" not in said
 
 
+def test_what_an_exception_came_of_is_shown_too(mine):
+    mine.test(
+        "def bad(image):\n"
+        "    try:\n"
+        "        {}['threshold']\n"
+        "    except KeyError:\n"
+        "        raise ValueError('no threshold')\n"
+        "def test(simtip_pair):\n"
+        "    simtip_pair('tiny.yaml').measure(bad)\n"
+    )
+    said = mine.run().stdout.str()
+    assert "KeyError: 'threshold'" in said
+    assert "During handling of the above exception" in said
+    assert "ValueError: no threshold" in said
+    assert "simtip/measure.py" not in said
+
+
 def test_images_cannot_be_changed_by_a_detector(mine):
     mine.test(
         "def vandal(image):\n"
@@ -237,6 +255,20 @@ def test_junit_xml_names_the_pictures(mine):
     }
     path = mine.path / ".simtip-failures/test_mine.py/test/01_tiny_seed_1.png"
     assert found == {"test": [("simtip_picture", str(path))], "test_good": []}
+
+
+def test_the_report_of_the_call_names_them_too(mine):
+    """Other plug-ins read that one; JUnit's XML is made of what the test itself has at its end."""
+    mine.write(
+        "conftest.py",
+        "def pytest_runtest_logreport(report):\n"
+        "    for name, value in report.user_properties:\n"
+        "        print(report.when, name, value)\n",
+    )
+    mine.test(f"def test(simtip_pair):\n    {TOO_NEAR}")
+    done = mine.run("-s")
+    told = re.findall(r"(setup|call|teardown) simtip_picture", done.stdout.str())
+    assert told == ["call", "teardown"]
 
 
 def test_pytest_html_shows_the_pictures(mine):

@@ -29,7 +29,7 @@ def unchanged(image):
 
 def moved(image):
     tip = unchanged(image)
-    return None if tip is None else tip + [0.5, 0.0]
+    return None if tip is None else tip + np.array([0.5, 0.0])
 
 
 def forgetful(image):
@@ -48,7 +48,7 @@ def shaky(image):
 
 def straying(image):
     tip = unchanged(image)
-    return tip if tip is None or _chance(image) > 0.2 else tip + [0.0, -40.0]
+    return tip if tip is None or _chance(image) > 0.2 else tip + np.array([0.0, -40.0])
 
 
 def twice(image):
@@ -66,8 +66,8 @@ def sleepy(image):
 def true_to_the_pixel(image):
     """Nearer the truth: the paper's detector stops some 8 px short."""
     tip = unchanged(image)
-    return None if tip is None else tip + [0.0, 8.0]
+    return None if tip is None else tip + np.array([0.0, 8.0])
 
 
 def broken(image):
-    raise RuntimeError("out of order")
+    raise RuntimeError(f"out of order at {image.shape}")

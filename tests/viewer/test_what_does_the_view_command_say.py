@@ -77,6 +77,20 @@ def test_without_a_file_a_window_is_opened_and_told_all(bench, ask, monkeypatch)
     assert "/world/tip/measured" in Recorded(bench / "window.rrd").entities()
 
 
+def test_a_viewer_that_does_not_start_is_one_line(bench, ask, monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":0")
+
+    def spawn(*_: object, **__: object) -> None:
+        raise RuntimeError("Failed to find Rerun Viewer executable in PATH.\n  Install it")
+
+    monkeypatch.setattr("rerun.RecordingStream.spawn", spawn)
+    before = snapshot(bench)
+    answer = ask("view", "run")
+    assert answer.code == 2
+    assert "the viewer cannot be opened (Failed to find Rerun Viewer" in one_line(answer.err)
+    assert snapshot(bench) == before
+
+
 def test_a_folder_that_turns_out_spoilt_leaves_no_file(bench, ask, monkeypatch):
     """Its image cannot be read when its turn comes."""
     from simtip.errors import InputError

@@ -1,0 +1,66 @@
+"""Can JUnit's and GitHub's readers read what is written, whatever names and texts hold?"""
+
+from __future__ import annotations
+
+import re
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from simtip.regress.junit import junit_of
+from simtip.regress.markdown import markdown_of
+
+NASTY = 'a|b <script>`x` & "q" \u0007]]> *[l](u)* \x1b[2J'
+
+
+def result(name: str = "nominal", text: str = "tip moved") -> dict:
+    test = {"kind": "shift", "view": "left", "axis": "along", "before": 1.0, "after": 2.0}
+    test |= {"change": 1.0, "tolerance": 0.1, "p": 1e-9, "least_p": 0, "state": "worse"}
+    side = {"found": "1" * 12}
+    condition = {"name": name, "case": name, "condition": "as it is", "state": "worse"}
+    condition |= {"cause": None, "before": side, "after": side, "tests": [test], "power": None}
+    quiet = {**condition, "name": "quiet", "state": "same", "tests": []}
+    untold = {**condition, "name": "other", "state": "could not tell", "cause": "edited"}
+    return {
+        "verdict": "worse",
+        "suite": name,
+        "comparison": "same images",
+        "detector": {"after": {"name": name, "parameters": {}}},
+        "conditions": [quiet, condition, untold],
+        "changes": [
+            {"state": "worse", "kind": "shift", "where": [name], "text": text},
+            {"state": "worse", "kind": "time", "where": [], "text": "slower: 2.0 x the time"},
+        ],
+        "statistics": {"false_alarm_rate": 0.006, "tests_of_conditions": 9},
+    }
+
+
+@pytest.mark.parametrize("text", ["plain", NASTY])
+def test_junit_counts_its_cases_and_says_what_is_wrong(text):
+    root = ET.fromstring(junit_of(result(text, text)))  # noqa: S314 (written a moment ago)
+    suite = root.find("testsuite")
+    assert root.tag == "testsuites"
+    cases = suite.findall("testcase")
+    for one in (root, suite):
+        assert int(one.get("tests")) == len(cases) == 3 + 5
+        assert int(one.get("failures")) == len(suite.findall("testcase/failure")) == 2
+        assert int(one.get("errors")) == len(suite.findall("testcase/error")) == 1
+    # The attributes that the usual schema asks for.
+    assert {"name", "tests", "failures", "errors", "skipped"} <= set(suite.attrib)
+    assert all({"name", "classname", "time"} <= set(case.attrib) for case in cases)
+    assert all({"message", "type"} <= set(one.attrib) for one in suite.iter("failure"))
+    assert len({(case.get("classname"), case.get("name")) for case in cases}) == len(cases)
+
+
+def test_the_table_has_the_worst_first():
+    rows = [line for line in markdown_of(result()).splitlines() if line.startswith("| ")][1:]
+    names = [row.split("|")[2].strip() for row in rows]
+    assert names == ["nominal", "other", "quiet"]
+
+
+def test_names_are_no_markup():
+    said = markdown_of(result(NASTY, NASTY))
+    rows = [line for line in said.splitlines() if line.startswith("| ")]
+    assert len({len(re.findall(r"(?<!\\)\|", row)) for row in rows}) == 1
+    assert "<script>" not in said
+    assert "](u)" not in said.replace("\\]", "")
