@@ -2,7 +2,8 @@
 
 A block is fenced by three backticks and says its language. A comment on the line before it may say
 more: ``<!-- file: NAME -->``, it is a file of this name in the reader's folder; ``<!-- not run:
-REASON -->``, it cannot be run in a test.
+REASON -->``, it cannot be run in a test. A block of text or JSON that follows a shell's, with nothing
+between the two, is what that one prints.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ class Block:
         Name of the file that it is; None: it is none.
     not_run
         Why it cannot be run; None: it can.
+    follows
+        Whether nothing but blank lines stands between the block before and this one.
     """
 
     page: str
@@ -45,6 +48,7 @@ class Block:
     text: str
     file: str | None = None
     not_run: str | None = None
+    follows: bool = False
 
     @property
     def place(self) -> str:
@@ -62,6 +66,7 @@ def blocks_in(text: str, page: str) -> list[Block]:
     lines = text.splitlines()
     found: list[Block] = []
     opened: int | None = None
+    closed: int | None = None
     for number, line in enumerate(lines):
         fence = FENCE.match(line)
         if fence is None:
@@ -80,8 +85,9 @@ def blocks_in(text: str, page: str) -> list[Block]:
                 textwrap.dedent("\n".join(lines[opened + 1 : number])) + "\n",
                 hint.get("file"),
                 hint.get("not run"),
+                follows=closed is not None and not "".join(lines[closed + 1 : opened]).strip(),
             )
         )
-        opened = None
+        opened, closed = None, number
     assert opened is None, f"{page}:{opened + 1}: a block is not closed"
     return found

@@ -75,7 +75,7 @@ def read(blocks: list[Block], folder: Path) -> None:
             printed = shell.run(block, folder)
         elif block.language == "python":
             exec(compile(block.text, block.place, "exec"), names)  # noqa: S102 (our own pages)
-        elif block.language in {"text", "json"} and before is not None:
+        elif block.language in {"text", "json"} and block.follows and before is not None:
             check_shape(block, before)
     forget_modules(folder)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from asked import Answer, call
 from pages import ROOT, Block
+from pytest_plugin.a_users_tests import PLUGIN
 from small_scenes import quarter
 
 from simtip.scene_file import dump_scene, load_scene
@@ -129,7 +130,7 @@ def compiler(words: list[str], folder: Path) -> Answer:
 
 def pytest(words: list[str], folder: Path) -> Answer:
     """Run pytest by this Python."""
-    return program([sys.executable, "-m", *words], folder)
+    return program([sys.executable, "-m", words[0], *PLUGIN, *words[1:]], folder)
 
 
 def program(words: list[str], folder: Path) -> Answer:

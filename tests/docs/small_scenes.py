@@ -16,7 +16,7 @@ from simtip.scene_file import dump_scene, load_scene
 from simtip.spec import SceneSpec
 from simtip.truth import scene_truth
 
-QUICK = {"samples": 4, "noise": None, "light_step_mm": 4.0, "crop": False}
+QUICK = {"samples": 16, "noise": None, "light_step_mm": 4.0, "crop": False}
 """Of `render`."""
 
 MIN_AREA_PX = 300

@@ -93,6 +93,7 @@ def test_what_is_said_to_be_printed_has_to_be(tmp_path):
     read(page(command, shown("text", "simtip 9.9.9")), tmp_path)
     with pytest.raises(AssertionError, match=r"shows \['colour'\]"):
         read(page(command, shown("text", "simtip colour")), tmp_path)
+    read(page(command, "With another version:", shown("text", "simtip colour")), tmp_path)
     schema = shown("sh", "simtip schema")
     read(page(schema, shown("json", '{"properties": {"needle": {}}}')), tmp_path)
     with pytest.raises(AssertionError, match=r"shows \['needles'\]"):
