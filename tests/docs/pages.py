@@ -2,8 +2,8 @@
 
 A block is fenced by three backticks and says its language. A comment on the line before it may say
 more: ``<!-- file: NAME -->``, it is a file of this name in the reader's folder; ``<!-- not run:
-REASON -->``, it cannot be run in a test. A block of text or JSON that follows a shell's, with nothing
-between the two, is what that one prints.
+REASON -->``, it cannot be run in a test. A block of text or JSON that follows a shell's, with
+nothing between the two, is what that one prints.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ reader's, say `small_scenes` and `reader`.
 
 from __future__ import annotations
 
+import os
 import shutil
 
 import pytest
@@ -32,7 +33,9 @@ def furnished(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def shared_cache(tmp_path_factory):
-    return tmp_path_factory.mktemp("cache")
+    """Give one cache to all pages, in whichever process of pytest-xdist they are read."""
+    own = tmp_path_factory.getbasetemp()
+    return (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache_of_pages"
 
 
 @pytest.mark.slow
