@@ -34,8 +34,9 @@ def shift_lines(compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolera
     common, alike = _common(vectors)
     states = [one.state for changes in told.values() for one in changes]
     states += [one.state for one in pooled]
-    large = np.abs(common).max() > tolerance.bias_px if len(alike) else False
-    if large and len(alike) >= COMMON_SHARE * len(vectors):
+    sure = bool(pooled) or sum(map(bool, told.values())) >= COMMON_SHARE * len(vectors)
+    large = bool(alike) and np.abs(common).max() > tolerance.bias_px
+    if sure and large and len(alike) >= COMMON_SHARE * len(vectors):
         state = worst(states)
         text = f"tip moved by {_both(common)}, in {len(alike)} of {len(pairs)} conditions"
         rest = {name: changes for name, changes in told.items() if name not in alike}
