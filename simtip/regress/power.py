@@ -69,6 +69,8 @@ def power_of_all(
     """
     alpha = level / max(tests, 1)
     total = trials * conditions
+    if not total:
+        return {"shift_sigma": None, "spread_ratio": None, "loss": None}
     together = _normal_shift(total, alpha) if total > 1 else None
     return {
         "shift_sigma": together,

@@ -176,6 +176,19 @@ def test_other_images_are_told_with_their_cause(lin2020, cache, change, said):
     assert result["counts"]["same"] == 3
 
 
+def test_a_suite_of_other_seeds_tells_nothing(lin2020, cache):
+    suite = lin2020.with_name("suite.yaml")
+    before = suite.read_text()
+    whole = yaml.safe_load(before)
+    whole["cases"] = [{**case, "seed": 2} for case in whole["cases"]]
+    suite.write_text(yaml.safe_dump(whole))
+    try:
+        said, _ = run("check", lin2020, cache=cache, code=2)
+    finally:
+        suite.write_text(before)
+    assert "could not tell of all conditions: the noise's seed is 2, was 1" in said
+
+
 def test_without_a_cache_the_images_are_the_same(lin2020, cache):
     result = checked(lin2020, "--cache-size", "0B", cache=cache, code=0)
     assert result["comparison"] == "same images"
