@@ -318,7 +318,7 @@ def _untold(seen: Sequence[Seen]) -> list[Line]:
             UNTOLD,
             IMAGES,
             tuple(names),
-            f"could not tell of {_listed(names, len(seen))}: {cause}; {FRESH}",
+            f"{_listed(names, len(seen))} cannot be compared: {cause}; {FRESH}",
         )
         for cause, names in causes.items()
     ]

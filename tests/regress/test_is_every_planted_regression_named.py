@@ -186,7 +186,7 @@ def test_a_suite_of_other_seeds_tells_nothing(lin2020, cache):
         said, _ = run("check", lin2020, cache=cache, code=2)
     finally:
         suite.write_text(before)
-    assert "could not tell of all conditions: the noise's seed is 2, was 1" in said
+    assert "all conditions cannot be compared: the noise's seed is 2, was 1" in said
 
 
 def test_without_a_cache_the_images_are_the_same(lin2020, cache):
