@@ -26,14 +26,15 @@ def show_check(result: dict[str, Any]) -> None:
     _line(
         console,
         f"{result['suite']}: {result['verdict']} ({said} of {len(result['conditions'])} "
-        f"conditions; {result['comparison']})",
+        f"conditions; {result['comparison']} compared)",
     )
     for line in result["changes"]:
         _line(console, f"{line['state']}: {line['text']}")
     changed = [one for one in result["conditions"] if one["tests"] and one["state"] != SAME]
     if changed:
         console.print(_table(changed))
-    _line(console, _power(result))
+    if result["comparison"] != "nothing":
+        _line(console, _power(result))
     _line(console, _time(result["time"]))
 
 

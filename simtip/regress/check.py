@@ -12,13 +12,13 @@ from simtip.regress.change import DETECTION, SAME, UNTOLD, WORSE
 from simtip.regress.chosen import Chosen
 from simtip.regress.compared import LEVEL, ORDER, Compared, compare, worst
 from simtip.regress.conditions import PLAIN
+from simtip.regress.line import Line
 from simtip.regress.performed import Observed, Planned, Said, perform, planned
 from simtip.regress.quantities import Pair
 from simtip.regress.recorded import case_result, timed, versions_now
 from simtip.regress.suite import Suite
 from simtip.regress.time_change import TimeChange, time_change
 from simtip.regress.timing import Asked, Ratio, time_in_worker
-from simtip.regress.words import Said as Line
 from simtip.regress.words import said_of
 from simtip.sweep.campaign import Means
 from simtip.sweep.pool import Pool
@@ -318,7 +318,7 @@ def _untold(seen: Sequence[Seen]) -> list[Line]:
             UNTOLD,
             IMAGES,
             tuple(names),
-            f"could not tell of {_listed(names, len(seen))}: {cause}; {FRESH}",
+            f"{_listed(names, len(seen))} cannot be compared: {cause}; {FRESH}",
         )
         for cause, names in causes.items()
     ]

@@ -28,7 +28,7 @@ def markdown_of(result: dict[str, Any]) -> str:
         "",
         (
             f"Suite {_safe(result['suite'])}, {_safe(name)}, {len(result['conditions'])} "
-            f"conditions, {result['comparison']}."
+            f"conditions, {result['comparison']} compared."
         ),
         "",
         *(f"- **{line['state']}**: {_safe(line['text'])}" for line in result["changes"]),

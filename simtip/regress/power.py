@@ -15,6 +15,9 @@ from simtip.regress.exact import critical_rank_sum, rank_sum
 
 POWER = 0.9
 DRAWS = 4000
+MOST_RATIO = 20.0
+"""Of spreads, that is looked for."""
+
 MOST_SIMULATED = 60
 """Trials of a condition, above which the normal approximation stands in."""
 
@@ -66,6 +69,8 @@ def power_of_all(
     """
     alpha = level / max(tests, 1)
     total = trials * conditions
+    if not total:
+        return {"shift_sigma": None, "spread_ratio": None, "loss": None}
     together = _normal_shift(total, alpha) if total > 1 else None
     return {
         "shift_sigma": together,
@@ -95,7 +100,7 @@ def least_ratio(n: int, strata: int, alpha: float) -> float | None:
     with ``ratio`` times the scatter with the probability 2 atan(ratio) / pi.
     """
     if strata == 1 and n <= MOST_SIMULATED:
-        return _least(n, alpha, lambda x, y, by: (np.abs(x), by * np.abs(y)), (1.0, 1e4))
+        return _least(n, alpha, lambda x, y, by: (np.abs(x), by * np.abs(y)), (1.0, MOST_RATIO))
     sigma = math.sqrt((2 * n + 1) / (12 * n * n * strata))
     needed = 0.5 + sigma * float(stats.norm.isf(alpha / 2) + stats.norm.ppf(POWER))
     return math.tan(0.5 * math.pi * needed) if needed < 0.98 else None

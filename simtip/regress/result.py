@@ -40,7 +40,7 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
             "before": recorded.detector.model_dump(mode="json"),
             "after": outcome.detector.reference.model_dump(mode="json"),
         },
-        "comparison": "same images" if compared.paired else "fresh noise",
+        "comparison": _comparison(outcome),
         "seed": outcome.seed,
         "changes": [line.to_dict() for line in outcome.lines],
         "counts": _counts(outcome),
@@ -75,6 +75,12 @@ def write_result(folder: Path, result: dict[str, Any]) -> None:
         It cannot be written.
     """
     write_atomically(folder / RESULT, (json.dumps(result, indent=1) + "\n").encode())
+
+
+def _comparison(outcome: Outcome) -> str:
+    if not outcome.compared.conditions:
+        return "nothing"
+    return "same images" if outcome.compared.paired else "fresh noise"
 
 
 def _counts(outcome: Outcome) -> dict[str, int]:

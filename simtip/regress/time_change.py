@@ -9,8 +9,8 @@ from typing import Any
 
 from simtip.regress.baseline import TimedCondition
 from simtip.regress.change import BETTER, SAME, UNTOLD, WORSE
+from simtip.regress.line import Line
 from simtip.regress.timing import Ratio
-from simtip.regress.words import Said
 
 TIME = "time"
 
@@ -56,7 +56,7 @@ class TimeChange:
             return WORSE if sure else UNTOLD
         return BETTER if self.ratio < 1 / self.tolerance and sure else SAME
 
-    def lines(self) -> list[Said]:
+    def lines(self) -> list[Line]:
         """Say it in words, if there is something to say."""
         if self.state == SAME:
             return []
@@ -68,7 +68,7 @@ class TimeChange:
             text = f"{word}: {times:.1f} x the time"
             if self.state == UNTOLD:
                 text += ", but the machine was too busy to be sure; check again when it is quiet"
-        return [Said(self.state, TIME, (), text)]
+        return [Line(self.state, TIME, (), text)]
 
     def to_dict(self) -> dict[str, Any]:
         """Give plain values."""

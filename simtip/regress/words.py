@@ -2,66 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
-from simtip.geometry import Array
 from simtip.regress.change import (
     BETTER,
     DETECTION,
-    MOVED,
     OUTLIERS,
     SAME,
-    SHIFT,
     SPREAD,
     UNTOLD,
     WORSE,
     Change,
 )
-from simtip.regress.compared import ORDER, Compared, worst
+from simtip.regress.compared import ORDER, Compared
+from simtip.regress.line import Line, few, p_text
+from simtip.regress.moved import shift_lines
 from simtip.regress.quantities import Pair
 from simtip.regress.tolerance import Tolerance
-
-COMMON_SHARE = 0.75
-"""Of conditions that have to have moved alike for it to be said of all."""
-
-ALIKE_PX = 0.1
-"""How near two shifts have to be to count as alike; or a fifth of them."""
-
-MOST_NAMED = 4
-"""Conditions that are named in one line."""
-
-
-@dataclass(frozen=True)
-class Said:
-    """A line of the result.
-
-    Attributes
-    ----------
-    state, kind
-        See `simtip.regress.change`; the kind may be ``time`` or ``images``, too.
-    where
-        Names of the conditions; none is all.
-    text
-        In words.
-    """
-
-    state: str
-    kind: str
-    where: tuple[str, ...]
-    text: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give plain values."""
-        return {
-            "state": self.state,
-            "kind": self.kind,
-            "where": list(self.where),
-            "text": self.text,
-        }
 
 
 def said_of(
@@ -69,7 +28,7 @@ def said_of(
     pairs: Mapping[str, Pair],
     failed: Mapping[str, Mapping[str, int]],
     tolerance: Tolerance,
-) -> list[Said]:
+) -> list[Line]:
     """Say what changed.
 
     Parameters
@@ -87,7 +46,7 @@ def said_of(
         return []
     lines = [
         *_detections(compared, pairs, failed),
-        *_shifts(compared, pairs, tolerance),
+        *shift_lines(compared, pairs, tolerance),
         *_spreads(compared),
         *_outliers(compared),
     ]
@@ -98,7 +57,7 @@ def said_of(
 
 def _detections(
     compared: Compared, pairs: Mapping[str, Pair], failed: Mapping[str, Mapping[str, int]]
-) -> list[Said]:
+) -> list[Line]:
     lines = []
     pooled = next(one for one in compared.pooled if one.kind == DETECTION)
     own = {
@@ -110,11 +69,12 @@ def _detections(
     if pooled.state != SAME:
         word = "lost" if pooled.change < 0 else "gained"
         lines.append(
-            Said(
+            Line(
                 pooled.state,
                 DETECTION,
                 (),
-                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, {_p(pooled.p)}",
+                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, "
+                f"{p_text(pooled.p)}",
             )
         )
     for state in ORDER:
@@ -123,7 +83,7 @@ def _detections(
             continue
         told = [f"{name} ({_counts(pairs[name], failed.get(name, {}))})" for name in names]
         word = "lost" if own[names[0]].change < 0 else "gained"
-        lines.append(Said(state, DETECTION, tuple(names), f"detections {word} in {_few(told)}"))
+        lines.append(Line(state, DETECTION, tuple(names), f"detections {word} in {few(told)}"))
     return lines
 
 
@@ -161,105 +121,7 @@ def _counts(pair: Pair, failed: Mapping[str, int]) -> str:
     return text
 
 
-def _shifts(compared: Compared, pairs: Mapping[str, Pair], tolerance: Tolerance) -> list[Said]:
-    told = {
-        name: [one for one in changes if one.kind == SHIFT and one.state != SAME]
-        for name, changes in compared.conditions.items()
-    }
-    pooled = [one for one in compared.pooled if one.kind == SHIFT and one.state != SAME]
-    if not pooled and not any(told.values()):
-        return []
-    vectors = {name: _shift_vector(pair) for name, pair in pairs.items()}
-    vectors = {name: vector for name, vector in vectors.items() if not np.isnan(vector).any()}
-    common, alike = _common(vectors)
-    states = [one.state for changes in told.values() for one in changes]
-    states += [one.state for one in pooled]
-    large = np.abs(common).max() > tolerance.bias_px if len(alike) else False
-    if large and len(alike) >= COMMON_SHARE * len(vectors):
-        state = worst(states)
-        text = f"tip moved by {_both(common)}, in {len(alike)} of {len(pairs)} conditions"
-        rest = {name: changes for name, changes in told.items() if name not in alike}
-        return [Said(state, SHIFT, tuple(alike), text), *_single_shifts(rest)]
-    lines = _single_shifts(told)
-    needle = [one for one in pooled if one.axis in ("along", "across")] or pooled
-    if needle:
-        parts = [f"{one.change:+.2f} px {one.axis} {_in(one)}" for one in needle]
-        smallest = min(one.p for one in needle)
-        lines.append(
-            Said(
-                worst(one.state for one in pooled),
-                SHIFT,
-                (),
-                f"tip moved by {', '.join(parts)}, on average of all conditions, {_p(smallest)}",
-            )
-        )
-    return lines
-
-
-def _in(one: Change) -> str:
-    return f"in the {one.view} view"
-
-
-def _single_shifts(
-    told: Mapping[str, Sequence[Change]],
-) -> list[Said]:
-    lines = []
-    for state in (WORSE, UNTOLD, MOVED, BETTER):
-        mine = {
-            name: changes
-            for name, changes in told.items()
-            if changes and worst(one.state for one in changes) == state
-        }
-        if not mine:
-            continue
-        parts = [
-            f"{name} ({', '.join(_shift_text(one) for one in changes)})"
-            for name, changes in sorted(
-                mine.items(), key=lambda item: -max(abs(one.change) for one in item[1])
-            )
-        ]
-        where = f" in {len(mine)} conditions:" if len(mine) > 1 else " in"
-        lines.append(Said(state, SHIFT, tuple(mine), f"tip moved{where} {_few(parts)}"))
-    return lines
-
-
-def _shift_text(one: Change) -> str:
-    return (
-        f"{one.view} {one.axis} {one.change:+.2f} px: "
-        f"error {one.before or 0.0:+.2f} before, {one.after or 0.0:+.2f} now"
-    )
-
-
-def _shift_vector(pair: Pair) -> Array:
-    """Give the shift of both views, u and v, (2, 2); NaN where too little is seen."""
-    found = np.full((2, 2), np.nan)
-    for view in range(2):
-        x, y = pair.errors(view, needle=False)
-        if len(x) and len(y):
-            found[view] = y.mean(axis=0) - x.mean(axis=0)
-    return found
-
-
-def _common(vectors: Mapping[str, Array]) -> tuple[Array, list[str]]:
-    """Give the shift that most conditions have in common, and which have it."""
-    if len(vectors) < 2:
-        return np.zeros((2, 2)), []
-    stacked = np.stack(list(vectors.values()))
-    centre: Array = np.median(stacked, axis=0)
-    near = max(ALIKE_PX, 0.2 * float(np.abs(centre).max()))
-    alike = [name for name, one in vectors.items() if np.abs(one - centre).max() <= near]
-    return centre, alike
-
-
-def _both(shift: Array) -> str:
-    left, right = (f"({u + 0.0:+.2f}, {v + 0.0:+.2f}) px" for u, v in np.round(shift, 2))
-    if np.abs(shift[0] - shift[1]).max() <= ALIKE_PX / 2:
-        mean = np.round(shift.mean(axis=0), 2) + 0.0
-        return f"({mean[0]:+.2f}, {mean[1]:+.2f}) px in both views"
-    return f"{left} in the left view and {right} in the right one"
-
-
-def _spreads(compared: Compared) -> list[Said]:
+def _spreads(compared: Compared) -> list[Line]:
     lines = []
     for state in (WORSE, UNTOLD, BETTER):
         parts, names = [], []
@@ -272,15 +134,15 @@ def _spreads(compared: Compared) -> list[Said]:
         if pooled:
             text = ", ".join(_spread_text(one) for one in pooled)
             lines.append(
-                Said(
+                Line(
                     state,
                     SPREAD,
                     (),
-                    f"spread of all conditions: {text}, {_p(min(one.p for one in pooled))}",
+                    f"spread of all conditions: {text}, {p_text(min(one.p for one in pooled))}",
                 )
             )
         if parts:
-            lines.append(Said(state, SPREAD, tuple(names), f"spread: {_few(parts)}"))
+            lines.append(Line(state, SPREAD, tuple(names), f"spread: {few(parts)}"))
     return lines
 
 
@@ -288,26 +150,16 @@ def _spread_text(one: Change) -> str:
     return f"{one.axis} the needle, {one.view} view, x {one.change:.2g}"
 
 
-def _outliers(compared: Compared) -> list[Said]:
+def _outliers(compared: Compared) -> list[Line]:
     one = next(one for one in compared.pooled if one.kind == OUTLIERS)
     if one.state == SAME:
         return []
     before, after = 100 * (one.before or 0), 100 * (one.after or 0)
     return [
-        Said(
+        Line(
             one.state,
             OUTLIERS,
             (),
-            f"tips far off: {before:.1f} % of pairs before, {after:.1f} % now, {_p(one.p)}",
+            f"tips far off: {before:.1f} % of pairs before, {after:.1f} % now, {p_text(one.p)}",
         )
     ]
-
-
-def _few(parts: Sequence[str]) -> str:
-    more = len(parts) - MOST_NAMED
-    text = "; ".join(parts[:MOST_NAMED])
-    return f"{text}; and {more} more" if more > 0 else text
-
-
-def _p(p: float) -> str:
-    return f"p = {p:.1g}" if p >= 1e-12 else "p < 1e-12"

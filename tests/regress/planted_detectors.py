@@ -36,6 +36,10 @@ def forgetful(image):
     return None if _chance(image) < 0.05 else unchanged(image)
 
 
+def hardly_forgetful(image):
+    return None if _chance(image) < 0.03 else unchanged(image)
+
+
 def very_forgetful(image):
     return None if _chance(image) < 0.25 else unchanged(image)
 

@@ -90,6 +90,14 @@ def test_a_small_shift_that_all_have_in_common_is_seen():
     assert lines[0].kind == SHIFT
 
 
+def test_a_common_shift_to_the_truth_here_and_from_it_there_is_neither():
+    bias = [1.0 if k % 2 else -1.0 for k in range(24)]
+    before = [sample(noise(k) + bias[k]) for k in range(24)]
+    after = [sample(noise(100 + k) + bias[k] + 0.06) for k in range(24)]
+    found, _ = compared(before, after, paired=False)
+    assert {one.state for one in found.pooled if one.kind == SHIFT} == {MOVED}
+
+
 def test_views_that_moved_differently_are_told_apart():
     before = [sample(noise(k)) for k in range(6)]
     by = np.array([[0.5, 0.0], [0.0, -0.25]])

@@ -75,6 +75,7 @@ def test_where_nothing_can_be_seen_it_is_said():
     assert least_loss(4, 1e-3) is None
     assert least_pooled_loss(5, 1e-3) is None
     assert least_ratio(2, 1, 1e-3) is None
+    assert set(power_of_all(12, 0, 1, 0.001, 0.004).values()) == {None}
 
 
 def test_all_conditions_together_see_more_than_one():
