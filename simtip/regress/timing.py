@@ -133,7 +133,10 @@ def ratio_of(asked: Asked) -> Ratio:
 
 
 def reference_operation() -> Callable[[], None]:
-    """Give the operation that is the unit of time: it filters, sorts and transforms a picture."""
+    """Give the operation that is the unit of time: it filters, sorts and transforms a picture.
+
+    Another one would make every baseline's times wrong: with it their format's version changes.
+    """
     picture = np.random.default_rng(20).integers(0, 256, (256, 256), dtype=np.uint8)
     wide: NDArray[np.float32] = picture.astype(np.float32)
 
