@@ -83,6 +83,6 @@ def gross(before: Sample, after: Sample) -> tuple[NDArray[np.bool_], NDArray[np.
     for part in (slice(None, split), slice(split, None)):
         for view in range(2):
             seen = ~np.isnan(together[part, view, 0])
-            if marks[part, view].sum() > 0.4 * max(int(seen.sum()), 1):
+            if marks[part, view].sum() > 0.5 * max(int(seen.sum()), 1):
                 marks[:, view] = False
     return marks[:split], marks[split:]

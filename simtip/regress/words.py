@@ -289,18 +289,27 @@ def _spread_text(one: Change) -> str:
 
 
 def _outliers(compared: Compared) -> list[Said]:
-    one = next(one for one in compared.pooled if one.kind == OUTLIERS)
-    if one.state == SAME:
-        return []
+    lines = []
+    pooled = next(one for one in compared.pooled if one.kind == OUTLIERS)
+    if pooled.state != SAME:
+        text = f"tips far off: {_far_off(pooled)}, {_p(pooled.p)}"
+        lines.append(Said(pooled.state, OUTLIERS, (), text))
+    for state in (WORSE, UNTOLD, BETTER):
+        mine = {
+            name: one
+            for name, changes in compared.conditions.items()
+            for one in changes
+            if one.kind == OUTLIERS and one.state == state
+        }
+        if mine:
+            told = [f"{name} ({_far_off(one)})" for name, one in mine.items()]
+            lines.append(Said(state, OUTLIERS, tuple(mine), f"tips far off in {_few(told)}"))
+    return lines
+
+
+def _far_off(one: Change) -> str:
     before, after = 100 * (one.before or 0), 100 * (one.after or 0)
-    return [
-        Said(
-            one.state,
-            OUTLIERS,
-            (),
-            f"tips far off: {before:.1f} % of pairs before, {after:.1f} % now, {_p(one.p)}",
-        )
-    ]
+    return f"{before:.1f} % of pairs before, {after:.1f} % now"
 
 
 def _few(parts: Sequence[str]) -> str:

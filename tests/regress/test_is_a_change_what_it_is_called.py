@@ -177,7 +177,8 @@ def test_strays_are_called_so_and_neither_shift_nor_spread():
         after.append(sample(errors))
     for paired in (True, False):
         found, _ = compared(before, after, paired=paired)
-        assert states(found, OUTLIERS) == {WORSE}
+        assert [one.state for one in found.pooled if one.kind == OUTLIERS] == [WORSE]
+        assert states(found, OUTLIERS) <= {WORSE, UNTOLD, SAME}  # of one tip: not none
         assert states(found, SHIFT) == states(found, SPREAD) == {SAME}
 
 
@@ -201,3 +202,39 @@ def test_nothing_to_compare_is_nothing_said():
     found, lines = compared([], [])
     assert found.state == SAME
     assert lines == []
+
+
+@pytest.mark.parametrize("far", [1, 3, 5, 6, 7])
+def test_tips_far_off_in_one_condition_of_the_same_images_are_not_called_none(far):
+    before = [sample(noise(k) + 8) for k in range(25)]
+    strayed = before[3].error_px.copy()
+    strayed[:far, 0] += [100, 0]
+    found, lines = compared(before, [*before[:3], sample(strayed), *before[4:]])
+    assert found.state == UNTOLD
+    assert any("case 3" in line.where for line in lines)
+
+
+def test_many_tips_far_off_in_one_condition_are_worse():
+    before = [sample(noise(k, n=100)) for k in range(3)]
+    strayed = before[1].error_px.copy()
+    strayed[:40, 0] += [100, 0]
+    found, lines = compared(before, [before[0], sample(strayed), before[2]], paired=False)
+    assert states(found, OUTLIERS) == {WORSE, SAME}
+    assert any(
+        line.where == ("case 1",) and "0.0 % of pairs before, 40.0 % now" in line.text
+        for line in lines
+    )
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_an_error_that_is_gone_across_a_slanted_needle_is_better(paired):
+    along, across = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)
+    axis = np.array([along, along])
+    before = [sample(noise(k) + along + across, axis=axis) for k in range(10)]
+    after = [
+        sample(noise(k if paired else 100 + k) + along, axis=axis)  # farther from 0 in v
+        for k in range(10)
+    ]
+    found, lines = compared(before, after, paired=paired)
+    assert found.state == BETTER
+    assert {line.state for line in lines} == {BETTER}
