@@ -103,7 +103,8 @@ def _farther(pairs: Sequence[Pair], view: int, axes: Sequence[int], least: float
         strata = _strata(pairs, view, axis, needle=True)
         grown.append(float(np.mean([abs(y.mean()) - abs(x.mean()) for x, y in strata])))
     worst, best = max(grown), min(grown)
-    if worst > least:
+    # The side effect of a large shift is none of its own.
+    if worst > max(least, SIDEWAYS * abs(best)):
         return worst
     return best if best < -least else 0.0
 
