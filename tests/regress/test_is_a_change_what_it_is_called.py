@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_suites import suite_file
 
 from simtip.regress.change import (
     BETTER,
@@ -17,10 +18,13 @@ from simtip.regress.change import (
     WORSE,
 )
 from simtip.regress.compared import compare
+from simtip.regress.conditions import conditions_of, sample_of
 from simtip.regress.quantities import Pair
 from simtip.regress.sample import Sample
+from simtip.regress.suite import read_suite
 from simtip.regress.tolerance import Tolerance
 from simtip.regress.words import said_of
+from simtip.sweep.plan import Plan
 
 UP = np.array([[0.0, -1.0], [0.0, -1.0]])
 N = 12
@@ -238,3 +242,39 @@ def test_an_error_that_is_gone_across_a_slanted_needle_is_better(paired):
     found, lines = compared(before, after, paired=paired)
     assert found.state == BETTER
     assert {line.state for line in lines} == {BETTER}
+
+
+@pytest.mark.parametrize(("invented", "state"), [(12, WORSE), (0, BETTER)])
+def test_a_tip_found_where_none_is_in_view_is_worse(invented, state):
+    hidden, visible = noise(1), noise(1) + 50
+    hidden[:, 1] = np.nan
+    both = [Sample(np.zeros(N, bool), errors, UP, (True, False)) for errors in (hidden, visible)]
+    before, after = both if invented else both[::-1]
+    found, lines = compared([before], [after])
+    assert states(found, DETECTION) - {SAME} == {state}
+    counts = "12 before, 24 now" if invented else "24 before, 12 now"
+    assert any(counts in line.text and "out of view" in line.text for line in lines)
+
+
+def test_what_is_in_view_is_told_by_the_scene(tmp_path):
+    suite = read_suite(
+        suite_file(
+            tmp_path,
+            cases=[
+                {"name": "in view"},
+                {"name": "out", "base": {"rig.right.roi": [983, 555, 100, 150]}},
+            ],
+        )
+    )
+    seen = []
+    for case in suite.cases:
+        plan = Plan(case.sweep.spec, case.sweep.scene, (), case.name)
+        one = conditions_of(plan)[0]
+        rows = {number: failed_row() for number in one.trials}
+        seen.append(sample_of(plan, one, rows).in_view)
+    assert seen == [(True, True), (True, False)]
+
+
+def failed_row() -> dict[str, object]:
+    errors = {f"{side}_error_{axis}_px": None for side in ("left", "right") for axis in "uv"}
+    return {"status": "no_needle", **errors}

@@ -57,9 +57,14 @@ def test_a_shift_that_no_condition_shows_alone_is_a_failure():
     told = result()
     told["conditions"] = [{**one, "state": "same", "cause": None} for one in told["conditions"]]
     told["pooled"]["tests"] = [{"kind": "shift", "state": "worse"}]
-    told["changes"] = [{**told["changes"][0], "where": ["nominal", "quiet", "other"]}]
+    told["changes"] = [
+        {**told["changes"][0], "where": ["nominal", "quiet", "other"]},
+        told["changes"][1],
+    ]
     root = ET.fromstring(junit_of(told))  # noqa: S314 (written a moment ago)
-    failed = [case.get("name") for case in root.iter("testcase") if case.find("failure") is not None]
+    failed = [
+        case.get("name") for case in root.iter("testcase") if case.find("failure") is not None
+    ]
     assert failed == ["shift"]
     assert root.find(".//failure").get("message") == "tip moved"
 
