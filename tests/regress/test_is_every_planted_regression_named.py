@@ -10,6 +10,8 @@ import pytest
 import yaml
 from small_suites import checked, run, suite_file, texts
 
+from simtip.regress.compared import LEVEL
+from simtip.regress.power import least_pooled_loss
 from simtip.sweep.table import Table
 
 pytestmark = pytest.mark.slow
@@ -53,6 +55,8 @@ def test_an_unchanged_detector_is_the_same_to_the_bit(base, cache, tmp_path):
     assert result["verdict"] == "same or better"
     assert result["changes"] == []
     assert result["comparison"] == "same images"
+    # What is said to be seen is said of fresh noise.
+    assert result["pooled"]["power"]["loss"] == least_pooled_loss(48, LEVEL)
     for one in result["conditions"]:
         for part in ("found", "images", "left", "right"):
             assert one["before"][part] == one["after"][part]
