@@ -31,11 +31,11 @@ def cause_of(
     fresh
         Whether other noise than the baseline's was asked for.
     """
-    edited = _edited(recorded, case)
-    if fresh or (now.images is not None and now.images == before.images):
-        return edited if fresh else None
     if now.images is None:
         return f"there are no images: {next(iter(now.failed), 'nothing was rendered')}"
+    edited = _edited(recorded, case)
+    if fresh or now.images == before.images:
+        return edited if fresh else None
     return (
         edited
         or _seeds(recorded, case)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from simtip.regress.baseline import Baseline, CaseResult, ConditionResult, TimedCondition, Versions
@@ -232,7 +232,11 @@ def pairs_of(seen: Sequence[Seen]) -> tuple[dict[str, Pair], bool]:
         before.images == after.images and before.images is not None for _, before, after in usable
     )
     return {
-        name: Pair.of(before.sample, after.sample, paired=paired) for name, before, after in usable
+        # The scene is the same, and so is what it shows.
+        name: Pair.of(
+            replace(before.sample, in_view=after.sample.in_view), after.sample, paired=paired
+        )
+        for name, before, after in usable
     }, paired
 
 
@@ -290,7 +294,13 @@ def _timed(
         for case, conditions in zip(cases, observed, strict=True)
         for one in conditions
     }
-    asked = [one for one in baseline.time if (one.case, one.condition) in places]
+    # A detector that crashes or finds nothing is not faster.
+    asked = [
+        one
+        for one in baseline.time
+        if (one.case, one.condition) in places
+        and places[one.case, one.condition][1].sample.found.any()
+    ]
 
     def measure(was: TimedCondition) -> Ratio | None:
         case, one = places[was.case, was.condition]

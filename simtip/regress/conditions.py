@@ -81,13 +81,14 @@ def sample_of(plan: Plan, condition: Condition, rows: Mapping[int, Mapping[str, 
             if None not in values:
                 # As a baseline keeps them, so that equal ones are equal; without a zero's sign.
                 errors[k, view] = np.round(values, DIGITS) + 0.0
-    return Sample(found, errors, _axes(plan, condition))
-
-
-def _axes(plan: Plan, condition: Condition) -> Array:
-    truth = scene_truth(plan.scenes.with_values(plan.trial(condition.trials[0]).values))
+    scene = plan.scenes.with_values(plan.trial(condition.trials[0]).values)
+    truth = scene_truth(scene)
     axes: Array = np.round([truth.left.axis_px, truth.right.axis_px], 6)
-    return axes + 0.0
+    left, right = (
+        bool(camera.contains(view.tip_px))
+        for camera, view in ((truth.rig.left, truth.left), (truth.rig.right, truth.right))
+    )
+    return Sample(found, errors, axes + 0.0, (left, right))
 
 
 def _named(factors: Mapping[str, Any]) -> str:

@@ -53,11 +53,14 @@ def _cases(result: dict[str, Any]) -> Iterator[tuple[str, str, str, list[str]]]:
         texts = [line["text"] for line in lines if one["name"] in line["where"]]
         yield f"{root}.{one['case']}", one["name"], one["state"], texts
     for kind in ("detection", "shift", "spread", "outliers", "time"):
-        mine = [line for line in lines if line["kind"] == kind and not line["where"]]
-        states = [line["state"] for line in mine]
+        told = [line for line in lines if line["kind"] == kind]
+        states = [one["state"] for one in result["pooled"]["tests"] if one["kind"] == kind]
+        states += [line["state"] for line in told if not line["where"]]
         state = next((s for s in (WORSE, UNTOLD) if s in states), "same")
-        texts = [line["text"] for line in mine if line["state"] == state]
-        yield f"{root}.{POOLED}", kind, state, texts
+        mine = [line for line in told if line["state"] == state]
+        # What most conditions have in common may be seen in none of them alone.
+        whole = [line for line in mine if not line["where"]] or mine
+        yield f"{root}.{POOLED}", kind, state, [line["text"] for line in whole]
 
 
 def _clean(text: str) -> str:

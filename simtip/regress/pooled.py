@@ -87,10 +87,26 @@ def _shifts(
             *(VIEWS[view], names[axis], float(before.mean()), float(after.mean())),
             *(_tested(strata, paired=paired), least),
         )
-        # Conditions err to both sides: what counts is how far from 0 each is.
-        farther = float((np.abs(after) - np.abs(before)).mean())
-        found.append(one.with_gain(farther if abs(farther) > least else 0.0))
+        axes = (axis,) if needle else (0, 1)
+        found.append(one.with_gain(_farther(pairs, view, axes, least)))
     return found
+
+
+def _farther(pairs: Sequence[Pair], view: int, axes: Sequence[int], least: float) -> float:
+    """Give by how much tips are farther from the truth along or across the needle, if it counts.
+
+    Conditions err to both sides: what counts is how far from 0 each is. Of u and v, too: an error
+    that is gone across a slanted needle may make another in v.
+    """
+    grown = []
+    for axis in axes:
+        strata = _strata(pairs, view, axis, needle=True)
+        grown.append(float(np.mean([abs(y.mean()) - abs(x.mean()) for x, y in strata])))
+    worst, best = max(grown), min(grown)
+    # The side effect of a large shift is none of its own.
+    if worst > max(least, SIDEWAYS * abs(best)):
+        return worst
+    return best if best < -least else 0.0
 
 
 def _spreads(

@@ -85,7 +85,7 @@ class Pair:
 
 def changes_of(pair: Pair, tolerance: Tolerance) -> list[Change]:
     """Test everything of one condition."""
-    found = [detection(pair, tolerance)]
+    found = [detection(pair, tolerance), _far_off(pair, tolerance)]
     for view in range(2):
         x, y = pair.errors(view, needle=True)
         if min(len(x), len(y)) < FEWEST:
@@ -102,6 +102,15 @@ def detection(pair: Pair, tolerance: Tolerance) -> Change:
     told = rank_sum(x, y)
     before, after = float(x.mean()), float(y.mean())
     return rate_change(DETECTION, before, after, told, tolerance.rate)
+
+
+def _far_off(pair: Pair, tolerance: Tolerance) -> Change:
+    """Test how many tips are far off, likewise; shifts and spreads leave these out."""
+    x, y = pair.outliers
+    if not (len(x) and len(y)):
+        return rate_change(OUTLIERS, 0.0, 0.0, Tested(1.0, 1.0), tolerance.rate)
+    before, after = float(x.mean()), float(y.mean())
+    return rate_change(OUTLIERS, before, after, rank_sum(x, y), tolerance.rate)
 
 
 def rate_change(kind: str, before: float, after: float, told: Tested, tolerance: float) -> Change:

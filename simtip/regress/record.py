@@ -56,13 +56,7 @@ def record(
     pool = Pool(means.local_workers, lasting=True)
     try:
         observed = perform(cases, folder, means, pool, said)
-        if not any(one.sample.found.any() for conditions in observed for one in conditions):
-            failed = [status for found in observed for one in found for status in one.failed]
-            raise InputError(
-                f"no tip was found in any of {len(failed)} conditions ({failed[0]})",
-                file=suite.document.file,
-                remedy="there is nothing to hold a detector to: see that it works on some",
-            )
+        _require_tips(observed, suite)
         said("timing the detector")
         times = _times(cases, observed, pool)
     finally:
@@ -80,6 +74,16 @@ def record(
             for one, found in zip(cases, observed, strict=True)
         ],
     )
+
+
+def _require_tips(observed: Sequence[Sequence[Observed]], suite: Suite) -> None:
+    if not any(one.sample.found.any() for conditions in observed for one in conditions):
+        failed = [status for found in observed for one in found for status in one.failed]
+        raise InputError(
+            f"no tip was found in any of {len(failed)} conditions ({failed[0]})",
+            file=suite.document.file,
+            remedy="there is nothing to hold a detector to: see that it works on some",
+        )
 
 
 def _times(
@@ -123,8 +127,10 @@ def updated(
     Raises
     ------
     InputError
-        There is no reason, or no such case.
+        Of all cases no tip at all was found.
     """
+    if names is None:
+        _require_tips(outcome.observed, suite)
     today = dt.datetime.now(dt.UTC).date().isoformat()
     versions = outcome.versions
     old = {one.case: one for one in baseline.cases}

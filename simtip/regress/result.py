@@ -47,7 +47,10 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
         "conditions": [_condition(outcome, one) for one in outcome.seen],
         "pooled": {
             "tests": [one.to_dict() for one in compared.pooled],
-            "power": power_of_all(usual, len(compared.conditions), others, LEVEL, detection),
+            # With fresh noise, also where this check was of the same images.
+            "power": power_of_all(
+                usual, len(compared.conditions), others, LEVEL, detection_level(paired=False)
+            ),
         },
         "time": None if outcome.time is None else outcome.time.to_dict(),
         "statistics": {

@@ -31,11 +31,14 @@ class Sample:
         (n, 2, 2) of both views, u and v, measured - true; NaN where no tip was seen.
     axis_px
         (2, 2) of both views, the needle's true direction, of length 1.
+    in_view
+        Of both views, whether the true tip lies in the image: else a tip seen there is wrong.
     """
 
     found: NDArray[np.bool_]
     error_px: Array
     axis_px: Array
+    in_view: tuple[bool, bool] = (True, True)
 
     def __len__(self) -> int:
         """Give the number of trials."""
@@ -52,9 +55,13 @@ class Sample:
     def detected(self) -> Array:
         """How much of each pair was detected, (n,): 0 to 1 in thirds, for each tip and the match.
 
-        So a tip that is lost counts even where the pair had no match before.
+        So a tip that is lost counts even where the pair had no match before. Where the true tip is
+        out of view, it counts that none is found.
         """
-        return (self.seen(0) * 1.0 + self.seen(1) + self.found) / 3
+        told = ((self.seen(0), self.in_view[0]), (self.seen(1), self.in_view[1]))
+        right = [(seen == true) * 1.0 for seen, true in (*told, (self.found, all(self.in_view)))]
+        detected: Array = (right[0] + right[1] + right[2]) / 3
+        return detected
 
     def seen(self, view: int) -> NDArray[np.bool_]:
         """Say in which trials there is a tip in a view."""
@@ -83,6 +90,6 @@ def gross(before: Sample, after: Sample) -> tuple[NDArray[np.bool_], NDArray[np.
     for part in (slice(None, split), slice(split, None)):
         for view in range(2):
             seen = ~np.isnan(together[part, view, 0])
-            if marks[part, view].sum() > 0.4 * max(int(seen.sum()), 1):
+            if marks[part, view].sum() > 0.5 * max(int(seen.sum()), 1):
                 marks[:, view] = False
     return marks[:split], marks[split:]

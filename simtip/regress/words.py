@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -68,22 +69,24 @@ def _detections(
     }
     if pooled.state != SAME:
         word = "lost" if pooled.change < 0 else "gained"
-        lines.append(
-            Line(
-                pooled.state,
-                DETECTION,
-                (),
-                f"detections {word}: {_how_many(pairs, paired=compared.paired)}, "
-                f"{p_text(pooled.p)}",
-            )
-        )
+        text = f"detections {word}: {_how_many(pairs, paired=compared.paired)}, {p_text(pooled.p)}"
+        if pooled.change < 0:
+            text += _most_often(failed.values())
+        lines.append(Line(pooled.state, DETECTION, (), text))
     for state in ORDER:
         names = [name for name, one in own.items() if one.state == state]
         if not names:
             continue
-        told = [f"{name} ({_counts(pairs[name], failed.get(name, {}))})" for name in names]
-        word = "lost" if own[names[0]].change < 0 else "gained"
-        lines.append(Line(state, DETECTION, tuple(names), f"detections {word} in {few(told)}"))
+        shown = [name for name in names if all(pairs[name].after.in_view)]
+        if shown:
+            told = [f"{name} ({_counts(pairs[name], failed.get(name, {}))})" for name in shown]
+            word = "lost" if own[shown[0]].change < 0 else "gained"
+            lines.append(Line(state, DETECTION, tuple(shown), f"detections {word} in {few(told)}"))
+        hidden = [name for name in names if name not in shown]
+        if hidden:
+            told = [f"{name} ({_tip_counts(pairs[name])})" for name in hidden]
+            text = f"detections, the true tip being out of view, in {few(told)}"
+            lines.append(Line(state, DETECTION, tuple(hidden), text))
     return lines
 
 
@@ -104,6 +107,14 @@ def _how_many(pairs: Mapping[str, Pair], *, paired: bool) -> str:
     )
 
 
+def _most_often(failed: Iterable[Mapping[str, int]]) -> str:
+    """Say with which status most trials without a tip end now."""
+    counts: Counter[str] = Counter()
+    for statuses in failed:
+        counts.update(statuses)
+    return f"; now most often {counts.most_common(1)[0][0]}" if counts else ""
+
+
 def _tips(pair: Pair) -> tuple[int, int]:
     """Give how many tips in images are no longer seen, and of how many."""
     before, after = (np.stack([s.seen(0), s.seen(1)]) for s in (pair.before, pair.after))
@@ -114,11 +125,15 @@ def _counts(pair: Pair, failed: Mapping[str, int]) -> str:
     before, after = int(pair.before.found.sum()), int(pair.after.found.sum())
     text = f"{before} of {len(pair.before)} before, {after} of {len(pair.after)} now"
     if before == after:
-        tips = [int(s.seen(0).sum() + s.seen(1).sum()) for s in (pair.before, pair.after)]
-        return f"tips in images: {tips[0]} before, {tips[1]} now"
+        return _tip_counts(pair)
     if after < before and failed:
         text += f": {max(failed, key=lambda status: failed[status])}"
     return text
+
+
+def _tip_counts(pair: Pair) -> str:
+    before, after = (int(s.seen(0).sum() + s.seen(1).sum()) for s in (pair.before, pair.after))
+    return f"tips in images: {before} before, {after} now"
 
 
 def _spreads(compared: Compared) -> list[Line]:
@@ -151,15 +166,24 @@ def _spread_text(one: Change) -> str:
 
 
 def _outliers(compared: Compared) -> list[Line]:
-    one = next(one for one in compared.pooled if one.kind == OUTLIERS)
-    if one.state == SAME:
-        return []
+    lines = []
+    pooled = next(one for one in compared.pooled if one.kind == OUTLIERS)
+    if pooled.state != SAME:
+        text = f"tips far off: {_far_off(pooled)}, {p_text(pooled.p)}"
+        lines.append(Line(pooled.state, OUTLIERS, (), text))
+    for state in (WORSE, UNTOLD, BETTER):
+        mine = {
+            name: one
+            for name, changes in compared.conditions.items()
+            for one in changes
+            if one.kind == OUTLIERS and one.state == state
+        }
+        if mine:
+            told = [f"{name} ({_far_off(one)})" for name, one in mine.items()]
+            lines.append(Line(state, OUTLIERS, tuple(mine), f"tips far off in {few(told)}"))
+    return lines
+
+
+def _far_off(one: Change) -> str:
     before, after = 100 * (one.before or 0), 100 * (one.after or 0)
-    return [
-        Line(
-            one.state,
-            OUTLIERS,
-            (),
-            f"tips far off: {before:.1f} % of pairs before, {after:.1f} % now, {p_text(one.p)}",
-        )
-    ]
+    return f"{before:.1f} % of pairs before, {after:.1f} % now"

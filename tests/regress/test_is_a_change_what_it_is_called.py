@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_suites import suite_file
 
 from simtip.regress.change import (
     BETTER,
@@ -17,10 +18,13 @@ from simtip.regress.change import (
     WORSE,
 )
 from simtip.regress.compared import compare
+from simtip.regress.conditions import conditions_of, sample_of
 from simtip.regress.quantities import Pair
 from simtip.regress.sample import Sample
+from simtip.regress.suite import read_suite
 from simtip.regress.tolerance import Tolerance
 from simtip.regress.words import said_of
+from simtip.sweep.plan import Plan
 
 UP = np.array([[0.0, -1.0], [0.0, -1.0]])
 N = 12
@@ -185,7 +189,8 @@ def test_strays_are_called_so_and_neither_shift_nor_spread():
         after.append(sample(errors))
     for paired in (True, False):
         found, _ = compared(before, after, paired=paired)
-        assert states(found, OUTLIERS) == {WORSE}
+        assert [one.state for one in found.pooled if one.kind == OUTLIERS] == [WORSE]
+        assert states(found, OUTLIERS) <= {WORSE, UNTOLD, SAME}  # of one tip: not none
         assert states(found, SHIFT) == states(found, SPREAD) == {SAME}
 
 
@@ -209,3 +214,75 @@ def test_nothing_to_compare_is_nothing_said():
     found, lines = compared([], [])
     assert found.state == SAME
     assert lines == []
+
+
+@pytest.mark.parametrize("far", [1, 3, 5, 6, 7])
+def test_tips_far_off_in_one_condition_of_the_same_images_are_not_called_none(far):
+    before = [sample(noise(k) + 8) for k in range(25)]
+    strayed = before[3].error_px.copy()
+    strayed[:far, 0] += [100, 0]
+    found, lines = compared(before, [*before[:3], sample(strayed), *before[4:]])
+    assert found.state == UNTOLD
+    assert any("case 3" in line.where for line in lines)
+
+
+def test_many_tips_far_off_in_one_condition_are_worse():
+    before = [sample(noise(k, n=100)) for k in range(3)]
+    strayed = before[1].error_px.copy()
+    strayed[:40, 0] += [100, 0]
+    found, lines = compared(before, [before[0], sample(strayed), before[2]], paired=False)
+    assert states(found, OUTLIERS) == {WORSE, SAME}
+    assert any(
+        line.where == ("case 1",) and "0.0 % of pairs before, 40.0 % now" in line.text
+        for line in lines
+    )
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_an_error_that_is_gone_across_a_slanted_needle_is_better(paired):
+    along, across = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)
+    axis = np.array([along, along])
+    before = [sample(noise(k) + along + across, axis=axis) for k in range(10)]
+    after = [
+        sample(noise(k if paired else 100 + k) + along, axis=axis)  # farther from 0 in v
+        for k in range(10)
+    ]
+    found, lines = compared(before, after, paired=paired)
+    assert found.state == BETTER
+    assert {line.state for line in lines} == {BETTER}
+
+
+@pytest.mark.parametrize(("invented", "state"), [(12, WORSE), (0, BETTER)])
+def test_a_tip_found_where_none_is_in_view_is_worse(invented, state):
+    hidden, visible = noise(1), noise(1) + 50
+    hidden[:, 1] = np.nan
+    both = [Sample(np.zeros(N, bool), errors, UP, (True, False)) for errors in (hidden, visible)]
+    before, after = both if invented else both[::-1]
+    found, lines = compared([before], [after])
+    assert states(found, DETECTION) - {SAME} == {state}
+    counts = "12 before, 24 now" if invented else "24 before, 12 now"
+    assert any(counts in line.text and "out of view" in line.text for line in lines)
+
+
+def test_what_is_in_view_is_told_by_the_scene(tmp_path):
+    suite = read_suite(
+        suite_file(
+            tmp_path,
+            cases=[
+                {"name": "in view"},
+                {"name": "out", "base": {"rig.right.roi": [983, 555, 100, 150]}},
+            ],
+        )
+    )
+    seen = []
+    for case in suite.cases:
+        plan = Plan(case.sweep.spec, case.sweep.scene, (), case.name)
+        one = conditions_of(plan)[0]
+        rows = {number: failed_row() for number in one.trials}
+        seen.append(sample_of(plan, one, rows).in_view)
+    assert seen == [(True, True), (True, False)]
+
+
+def failed_row() -> dict[str, object]:
+    errors = {f"{side}_error_{axis}_px": None for side in ("left", "right") for axis in "uv"}
+    return {"status": "no_needle", **errors}

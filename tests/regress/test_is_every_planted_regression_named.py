@@ -10,6 +10,8 @@ import pytest
 import yaml
 from small_suites import checked, run, suite_file, texts
 
+from simtip.regress.compared import LEVEL
+from simtip.regress.power import least_pooled_loss
 from simtip.sweep.table import Table
 
 pytestmark = pytest.mark.slow
@@ -53,6 +55,8 @@ def test_an_unchanged_detector_is_the_same_to_the_bit(base, cache, tmp_path):
     assert result["verdict"] == "same or better"
     assert result["changes"] == []
     assert result["comparison"] == "same images"
+    # What is said to be seen is said of fresh noise.
+    assert result["pooled"]["power"]["loss"] == least_pooled_loss(48, LEVEL)
     for one in result["conditions"]:
         for part in ("found", "images", "left", "right"):
             assert one["before"][part] == one["after"][part]
@@ -120,7 +124,24 @@ def test_twice_the_time_is_named(base, cache, name):
 
 def test_a_detector_that_fails_always_has_lost_all(base, cache):
     result = with_detector(base, cache, "broken", 1)
-    assert any("48 lost" in one for one in texts(result, "worse"))
+    assert any(
+        "48 lost" in one and one.endswith("most often left_detector_error")
+        for one in texts(result, "worse")
+    )
+    assert texts(result, "better") == []  # nor is it faster
+    assert result["time"] is None
+
+
+def test_a_detector_that_fails_always_is_not_accepted(base, cache):
+    before = base.read_bytes()
+    _, error = run(
+        *("update", base, "--all", "--reason", "why not"),
+        *("--detector", "planted_detectors:broken"),
+        cache=cache,
+        code=2,
+    )
+    assert "no tip was found in any of 4 conditions" in error
+    assert base.read_bytes() == before
 
 
 def test_an_improvement_is_none_of_these(base, cache):

@@ -31,6 +31,7 @@ def result(name: str = "nominal", text: str = "tip moved") -> dict:
             {"state": "worse", "kind": "shift", "where": [name], "text": text},
             {"state": "worse", "kind": "time", "where": [], "text": "slower: 2.0 x the time"},
         ],
+        "pooled": {"tests": []},
         "statistics": {"false_alarm_rate": 0.006, "tests_of_conditions": 9},
     }
 
@@ -50,6 +51,22 @@ def test_junit_counts_its_cases_and_says_what_is_wrong(text):
     assert all({"name", "classname", "time"} <= set(case.attrib) for case in cases)
     assert all({"message", "type"} <= set(one.attrib) for one in suite.iter("failure"))
     assert len({(case.get("classname"), case.get("name")) for case in cases}) == len(cases)
+
+
+def test_a_shift_that_no_condition_shows_alone_is_a_failure():
+    told = result()
+    told["conditions"] = [{**one, "state": "same", "cause": None} for one in told["conditions"]]
+    told["pooled"]["tests"] = [{"kind": "shift", "state": "worse"}]
+    told["changes"] = [
+        {**told["changes"][0], "where": ["nominal", "quiet", "other"]},
+        told["changes"][1],
+    ]
+    root = ET.fromstring(junit_of(told))  # noqa: S314 (written a moment ago)
+    failed = [
+        case.get("name") for case in root.iter("testcase") if case.find("failure") is not None
+    ]
+    assert failed == ["shift", "time"]
+    assert root.find(".//failure").get("message") == "tip moved"
 
 
 def test_the_table_has_the_worst_first():
