@@ -50,7 +50,7 @@ def html_of(page: Page) -> str:
             "form-action 'none'",
         )
     )
-    return (
+    text: str = (
         _environment()
         .get_template("page.html")
         .render(
@@ -64,6 +64,8 @@ def html_of(page: Page) -> str:
             drawn=_drawn,
         )
     )
+    # Names of folders, and JSON, may hold what is no Unicode.
+    return text.encode(errors="backslashreplace").decode()
 
 
 def is_page(file: Path) -> bool:

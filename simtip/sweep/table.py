@@ -118,6 +118,24 @@ class Table:
         """Where the rows come from, likewise."""
         return self._head.provenance
 
+    def require(self, names: Iterable[str]) -> None:
+        """Refuse a table that lacks columns.
+
+        Raises
+        ------
+        InputError
+            It does.
+        """
+        there = {column.name for column in self.columns}
+        missing = [name for name in names if name not in there]
+        if missing:
+            raise InputError(
+                f"lists no column {missing[0]}",
+                file=self.folder / HEAD,
+                field="columns",
+                remedy="restore it, or run the sweep into a new folder",
+            )
+
     def append(self, rows: Sequence[Row]) -> None:
         """Add rows, as one part that appears whole.
 
@@ -261,7 +279,7 @@ class Table:
             self._head = head = read_head(self.folder)
             try:
                 result = read(head, parts_in(self.folder / head.rows))
-            except FileNotFoundError:
+            except (FileNotFoundError, NotADirectoryError):
                 time.sleep(_PAUSE_S)
                 continue
             # A replaced table's parts vanish one by one: what was read may be some of them.
