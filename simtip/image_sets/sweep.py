@@ -95,7 +95,7 @@ class SweepImages:
         table.require(fixed)
         self._factors = tuple(c.name for c in table.columns if c.name not in fixed)
         self.settings = (*OWN, *self._factors)
-        chosen = filtered(table.frame(), where)
+        chosen = filtered(table.numbered(), where)
         there = chosen["image_key"].notna()
         self.without_images: Mapping[str, int] = Counter(chosen.loc[~there, "status"])
         self._rows = chosen.loc[there].reset_index(drop=True)

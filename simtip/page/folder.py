@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Literal
 
 from simtip.errors import InputError
-from simtip.input_file import read_bytes
+from simtip.input_file import read_bytes, require_folder
 
 Kind = Literal["run", "render", "boards", "calibrate", "sweep", "mca", "budget", "regress"]
 
@@ -79,9 +79,7 @@ def results_in(folder: Path) -> Results:
     InputError
         It is none, or not to its end.
     """
-    if not folder.is_dir():
-        problem = "is not a folder" if folder.exists() else "no such folder"
-        raise InputError(problem, file=folder, remedy=REMEDY)
+    require_folder(folder, REMEDY)
     for name, kind in FILES:
         if (folder / name).is_file():
             measured = kind == "render" and (folder / "result.json").is_file()

@@ -71,6 +71,8 @@ def html_of(page: Page) -> str:
 def is_page(file: Path) -> bool:
     """Say whether a file is a page that simtip wrote."""
     try:
+        if not file.is_file():
+            return False
         with file.open("rb") as stream:
             return MARK.encode() in stream.read(4096)
     except OSError:

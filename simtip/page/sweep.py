@@ -40,7 +40,7 @@ def sweep_page(results: Results, options: Options) -> Page:
     """Make the page of a sweep, also of one that is running."""
     table = Table.open(results.folder)
     table.require(NEEDED)
-    frame = table.frame()
+    frame = table.numbered()
     factors = [c.name for c in table.columns if c.name not in {c.name for c in FIXED}]
     varying = [
         name

@@ -40,6 +40,9 @@ T = TypeVar("T")
 OK = "ok"
 """Status of a trial that was measured."""
 
+NUMBERS = ("trial", "repeat")
+"""Columns that every row of a sweep fills."""
+
 ATTEMPTS = 100
 """A reader lists the parts anew so often, at most, when one vanishes: they were merged."""
 
@@ -135,6 +138,25 @@ class Table:
                 field="columns",
                 remedy="restore it, or run the sweep into a new folder",
             )
+
+    def numbered(self) -> pd.DataFrame:
+        """Read all rows as `frame` does, and refuse those that do not say which trial they are.
+
+        Raises
+        ------
+        InputError
+            As `frame`; or a row has no ``trial`` or ``repeat``.
+        """
+        self.require(NUMBERS)
+        frame = self.frame()
+        for name in NUMBERS:
+            if frame[name].isna().any():
+                raise InputError(
+                    f"a row has no {name}",
+                    file=self.folder / self._head.rows,
+                    remedy="restore it, or run the sweep into a new folder",
+                )
+        return frame
 
     def append(self, rows: Sequence[Row]) -> None:
         """Add rows, as one part that appears whole.

@@ -255,6 +255,10 @@ SPOILT = {
         lambda folder: filled(folder, "image_key", "../../x"),
         "image_key: trial 0 has '../../x', which is no key of images",
     ),
+    "a trial without a number": (
+        lambda folder: filled(folder, "trial", None),
+        "rows: a row has no trial",
+    ),
     "measured, and no tip": (
         lambda folder: filled(folder, "tip_x_mm", None),
         "was scored against another tip",
@@ -269,7 +273,7 @@ def test_a_spoilt_table_is_one_line(case, swept, tmp_path, ask):
     spoil(tmp_path / "sweep")
     before = snapshot(tmp_path)
     words = ["--format", "opencv", "-o", tmp_path / "made", "--cache", swept / "cache"]
-    answer = ask("export", tmp_path / "sweep", *words)
+    answer = ask("export", *map(str, [tmp_path / "sweep", *words]))
     assert said in one_line(answer.err)
     assert answer.code == 2
     assert snapshot(tmp_path) == before

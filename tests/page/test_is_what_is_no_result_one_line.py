@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from made_tables import grid
-from sweep.spoilt_tables import without_column
+from sweep.spoilt_tables import filled, without_column
 from typer.testing import CliRunner
 
 from simtip.cli.program import main
@@ -160,6 +160,18 @@ def test_rows_that_are_a_file(tmp_path, complaint, monkeypatch):
 def test_a_table_without_a_column_that_the_page_needs(tmp_path, complaint, name):
     without_column(grid(tmp_path / "sweep"), name)
     assert f"table.json: columns: lists no column {name}" in complaint(tmp_path / "sweep")
+
+
+@pytest.mark.parametrize("name", ["trial", "repeat"])
+def test_a_row_without_a_number(tmp_path, complaint, name):
+    filled(grid(tmp_path / "sweep"), name, None)
+    assert f"rows: a row has no {name}" in complaint(tmp_path / "sweep")
+
+
+def test_a_name_that_is_too_long(tmp_path, complaint, ran):
+    name = "x" * 300
+    assert "File name too long" in complaint(tmp_path / name)
+    assert "File name too long" in complaint(ran, "-o", tmp_path / f"{name}.html")
 
 
 @pytest.mark.parametrize("kind", ["mca", "budget"])
