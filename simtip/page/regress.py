@@ -169,7 +169,10 @@ def _origin(results: Results, told: dict[str, Any]) -> Section:
         "detector before": _name(told, "before"),
         "detector now": _name(told, "after"),
         "seed of the noise": told["seed"],
-        "level of a family of tests": told["statistics"]["family_level"],
+        "levels of families of tests": ", ".join(
+            f"{str(name).replace('_', ' ')} {level:g}"
+            for name, level in told["statistics"]["levels"].items()
+        ),
         "tolerances": ", ".join(f"{k} {v}" for k, v in told["statistics"]["tolerance"].items()),
         "accepted changes": len(told["accepted"]) or None,
     }
