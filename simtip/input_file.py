@@ -45,6 +45,23 @@ def read_bytes(path: str | Path, max_bytes: int) -> bytes:
     return data
 
 
+def require_folder(path: Path, remedy: str) -> None:
+    """Refuse what is no folder.
+
+    Raises
+    ------
+    InputError
+        It is none, or cannot be looked at: its name is too long, for example.
+    """
+    try:
+        if path.is_dir():
+            return
+        problem = "is not a folder" if path.exists() else "no such folder"
+    except OSError as error:
+        problem = f"cannot be read ({error.strerror or error})"
+    raise InputError(problem, file=path, remedy=remedy)
+
+
 def _regular_size(info: os.stat_result, path: str | Path, max_bytes: int) -> int:
     if stat.S_ISDIR(info.st_mode):
         raise InputError("is a folder", file=path, remedy="name a file")

@@ -224,7 +224,14 @@ def check_new_file(path: Path, endings: tuple[str, ...]) -> None:
         raise InputError(
             f"ends in {path.suffix!r}", file=path, remedy=f"name a file that ends in {known}"
         )
-    if path.exists():
+    try:
+        there = path.exists()
+    except OSError as error:  # too long a name, for example
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be written ({reason})", file=path, remedy="name another file"
+        ) from error
+    if there:
         raise InputError("exists", file=path, remedy="name another file or remove this one")
     if not path.parent.is_dir():
         raise InputError("its folder does not exist", file=path, remedy="make the folder first")

@@ -36,7 +36,15 @@ def to_stdout() -> Iterator[None]:
 def say(text: str) -> None:
     """Write a line, or several, to standard output."""
     with to_stdout():
-        sys.stdout.write(text + "\n")
+        sys.stdout.write(_printable(text) + "\n")
+
+
+def _printable(text: str) -> str:
+    """Write what standard output cannot say as escapes: names of files may hold anything."""
+    if sys.stdout.errors not in {None, "strict"}:
+        return text
+    encoding = sys.stdout.encoding or "utf-8"
+    return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 def say_aside(text: str) -> None:

@@ -109,6 +109,6 @@ def _check_file(file: Path) -> None:
     from simtip.output_folder import check_new_file
     from simtip.page.html import is_page
 
-    if file.is_file() and is_page(file):
+    if is_page(file):
         return
     check_new_file(file, (".html", ".htm"))

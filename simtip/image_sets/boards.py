@@ -54,6 +54,12 @@ class BoardFolder:
         self._outline = self._spec.boards.build().outline()
         self._views: list[dict[str, Any]] = own["views"]
         for name in self._truth.pixels:
+            if Path(name).name != name:
+                raise InputError(
+                    f"names {name[:80]!r}, which is no file of its folder",
+                    file=folder / TRUTH,
+                    remedy=RESTORE,
+                )
             if not (folder / name).exists():
                 raise InputError(
                     "is missing",

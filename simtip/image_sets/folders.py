@@ -15,6 +15,7 @@ from simtip.image_sets.json_file import read_json
 from simtip.image_sets.pairs import BoardImages, NeedleImages
 from simtip.image_sets.result import MANIFEST, RESTORE, TRUTH, ResultImages
 from simtip.image_sets.sweep import Store, SweepImages
+from simtip.input_file import require_folder
 from simtip.sweep.head import HEAD
 
 KINDS = "name a folder of `simtip run`, `render`, `remix`, `boards`, `sweep`, `mca` or `budget`"
@@ -88,9 +89,7 @@ def open_folders(
 
 def _sweeps_in(folder: Path) -> list[Path]:
     """Give the folders of sweeps: this one, or those that an experiment made in it."""
-    if not folder.is_dir():
-        problem = "is not a folder" if folder.exists() else "no such folder"
-        raise InputError(problem, file=folder, remedy=KINDS)
+    require_folder(folder, KINDS)
     if (folder / HEAD).exists():
         return [folder]
     if not (folder / EXPERIMENT).exists():

@@ -83,7 +83,7 @@ class ResultImages:
                 tip_mm=_numbers(found["tip_measured_mm"], 3),
                 spec=self._spec,
             )
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise InputError(f"is no result ({error})", file=file, remedy=RESTORE) from error
 
 
@@ -128,7 +128,7 @@ def _require_agreement(folder: Path, truth: SceneTruth) -> None:
             for side, view in zip(SIDES, (truth.left, truth.right), strict=True)
         ]
         off = max(float(np.abs(np.array(told) - true).max()) for told, true in pairs)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(f"is no truth of a needle ({error})", file=file, remedy=RESTORE) from error
     if not off <= AGREE:
         raise InputError(

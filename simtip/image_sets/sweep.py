@@ -91,10 +91,11 @@ class SweepImages:
         self.source = str(folder)
         self._folder, self._store = folder, store
         table = Table.open(folder)
-        fixed = {column.name for column in FIXED}
+        fixed = [column.name for column in FIXED]
+        table.require(fixed)
         self._factors = tuple(c.name for c in table.columns if c.name not in fixed)
         self.settings = (*OWN, *self._factors)
-        chosen = filtered(table.frame(), where)
+        chosen = filtered(table.numbered(), where)
         there = chosen["image_key"].notna()
         self.without_images: Mapping[str, int] = Counter(chosen.loc[~there, "status"])
         self._rows = chosen.loc[there].reset_index(drop=True)
@@ -134,7 +135,15 @@ class SweepImages:
 
     def _images(self, row: Row, values: Mapping[str, Any], key: str) -> tuple[Image, Image]:
         wanted, cache = str(row["image_key"]), self._store.cache
-        kept = None if cache is None else cache.entry(IMAGES, wanted)
+        try:
+            kept = None if cache is None else cache.entry(IMAGES, wanted)
+        except ValueError as error:
+            raise InputError(
+                f"trial {row['trial']} has {wanted[:80]!r}, which is no key of images",
+                file=self._folder,
+                field="image_key",
+                remedy=AGAIN,
+            ) from error
         shot = None if kept is None else read_shot(kept)
         if shot is not None:
             return shot.images
@@ -253,8 +262,11 @@ class SweepImages:
         """Refuse a row that was scored against another truth than this simtip finds."""
         if row["status"] != OK:
             return
-        told = [row[f"tip_{axis}_mm"] - row[f"error_{axis}_mm"] for axis in "xyz"]
-        if not float(np.abs(np.array(told) - truth.tip_mm).max()) <= AGREE_MM:
+        tip, error = (
+            np.array([row[name.format(axis)] for axis in "xyz"], dtype=np.float64)  # None is NaN
+            for name in ("tip_{}_mm", "error_{}_mm")
+        )
+        if not float(np.abs(tip - error - truth.tip_mm).max()) <= AGREE_MM:
             raise InputError(
                 f"trial {row['trial']} was scored against another tip than this simtip finds",
                 file=self._folder,

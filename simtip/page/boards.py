@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from simtip.errors import InputError
 from simtip.image_file import read_image
-from simtip.page.folder import Results, damaged
+from simtip.page.folder import Results, TakenFrom, own_file
 from simtip.page.origin import origin, versions
 from simtip.page.parts import Code, Fact, Grid, Layer, Page, Part, Section, View, Views, Words
 from simtip.page.pictures import as_8_bit, overview
@@ -22,10 +23,8 @@ OVERVIEW_PX = 900
 def boards_page(results: Results) -> Page:
     """Make the page of a folder of `boards`, also of one that is not filled up yet."""
     truth = results.json("truth.json")
-    try:
+    with TakenFrom(results.folder / "truth.json"):
         return _page(results, truth)
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
-        raise damaged(results.folder / "truth.json") from error
 
 
 def _page(results: Results, truth: dict[str, Any]) -> Page:
@@ -52,18 +51,11 @@ def _page(results: Results, truth: dict[str, Any]) -> Page:
 
 
 def _is_there(results: Results, view: dict[str, Any]) -> bool:
-    return all((results.folder / _file(view, side)).is_file() for side in SIDES)
+    return all(_file(results, view, side).is_file() for side in SIDES)
 
 
-def _file(view: dict[str, Any], side: str) -> str:
-    name = view[side]["file"]
-    if not isinstance(name, str) or "/" in name or "\\" in name or name.startswith("."):
-        raise InputError(
-            f"names {str(name)[:80]!r}, which is no file of its folder",
-            file="truth.json",
-            remedy="render the boards again",
-        )
-    return name
+def _file(results: Results, view: dict[str, Any], side: str) -> Path:
+    return own_file(results.folder, view[side]["file"], results.folder / "truth.json")
 
 
 def _facts(truth: dict[str, Any], there: list[dict[str, Any]]) -> Iterator[Fact]:
@@ -88,8 +80,8 @@ def _coverage(views: list[dict[str, Any]]) -> list[Part]:
 
 
 def _view(results: Results, view: dict[str, Any], side: str, truth: dict[str, Any]) -> View:
-    file = _file(view, side)
-    image = read_image(results.folder / file)
+    file = _file(results, view, side)
+    image = read_image(file)
     white = 255 if image.dtype.itemsize == 1 else float(image.max() or 1)
     layer: Layer = overview(as_8_bit(image, white), OVERVIEW_PX)
     height, width = image.shape[:2]
@@ -97,7 +89,7 @@ def _view(results: Results, view: dict[str, Any], side: str, truth: dict[str, An
     if (width, height) != expected:
         raise InputError(
             f"has {width} x {height} px, not {expected[0]} x {expected[1]} as truth.json says",
-            file=results.folder / file,
+            file=file,
             remedy="restore it, or render the boards again",
         )
     whole = (-0.5, -0.5, float(width), float(height))
@@ -115,7 +107,8 @@ def _origin(results: Results, truth: dict[str, Any], there: list[dict[str, Any]]
         "inputs (SHA-256)": truth.get("inputs_sha256"),
         "plate": json.dumps({k: v for k, v in truth["plate"].items() if k != "points_mm"}),
     }
-    files = ["truth.json", *(_file(view, side) for view in there for side in SIDES)]
+    names = [_file(results, view, side).name for view in there for side in SIDES]
+    files = ["truth.json", *names]
     scene = results.text("scene.yaml")
     more = [Code("The scene, with every default", scene, "scene.yaml", folded=True)]
     return origin(results.folder, facts, files, more)

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from simtip.budget.figure import TITLES
-from simtip.page.folder import Results, damaged
+from simtip.page.folder import Results, TakenFrom
 from simtip.page.origin import origin
 from simtip.page.parts import Code, Drawing, Fact, Grid, Page, Part, Section, Words
 from simtip.page.wording import NONE, count, length
@@ -17,14 +17,12 @@ from simtip.yaml_file.write import dump_yaml
 def budget_page(results: Results) -> Page:
     """Make the page of a folder of `budget`."""
     told, head = results.json("budget.json"), results.json("experiment.json")
-    try:
+    with TakenFrom(results.folder / "budget.json"):
         kinds = [(kind, told[kind]) for kind in TITLES if told[kind] is not None]
         sections = [Section(kind, _title(kind), _shares(kind, one, told)) for kind, one in kinds]
         sections.append(Section("causes", "The causes", _causes(told)))
         sections.append(_origin(results, told, head))
         return Page(str(told["scene"]), "budget", _verdict(kinds), _facts(kinds, told), sections)
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise damaged(results.folder / "budget.json") from error
 
 
 def _title(kind: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from simtip.calibration_images.record import POINTS, RESULT, read_record
-from simtip.page.folder import Results, damaged
+from simtip.page.folder import Results, TakenFrom
 from simtip.page.origin import origin
 from simtip.page.parts import Drawing, Fact, Grid, Page, Part, Section, Words
 from simtip.page.wording import NONE, length
@@ -30,7 +30,7 @@ def calibration_page(results: Results) -> Page:
     drawings = [
         Drawing(name, TITLES[name], figure) for name, figure in calibration_figures(record).items()
     ]
-    try:
+    with TakenFrom(results.folder / RESULT):
         sections = [
             Section("rig", "The rig", [*_rig(told)]),
             Section("reprojection", "Reprojection", [drawings[0], _per_view(told)]),
@@ -57,8 +57,6 @@ def calibration_page(results: Results) -> Page:
             list(_facts(told)),
             sections,
         )
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise damaged(results.folder / RESULT) from error
 
 
 def _verdict(told: dict[str, Any]) -> str:

@@ -23,7 +23,7 @@ from simtip.capability_rows import (
     verdict_in_words,
 )
 from simtip.experiment.files import RESULT, ROWS, STEPS
-from simtip.page.folder import Results, damaged
+from simtip.page.folder import Results, TakenFrom, damaged
 from simtip.page.origin import origin
 from simtip.page.parts import Code, Drawing, Fact, Grid, Page, Part, Section, Words
 from simtip.page.wording import NONE, count, figure, interval, length, percent
@@ -34,12 +34,10 @@ def capability_page(results: Results) -> Page:
     """Make the page of a folder of `mca`."""
     told, head = results.json(RESULT), results.json("experiment.json")
     rows, steps = (_table(results, name) for name in (ROWS, STEPS))
-    try:
+    with TakenFrom(results.folder / RESULT):
         sections = _sections(told, rows, steps)
         sections.append(_origin(results, told, head))
         return Page(str(told["scene"]), "mca", _said(told), _facts(told), sections)
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise damaged(results.folder / RESULT) from error
 
 
 def _table(results: Results, name: str) -> tuple[Table, Array]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import Any, Literal
 
 from simtip.errors import InputError
-from simtip.input_file import read_bytes
+from simtip.input_file import read_bytes, require_folder
 
 Kind = Literal["run", "render", "boards", "calibrate", "sweep", "mca", "budget", "regress"]
 
@@ -26,6 +27,9 @@ REMEDY = (
     "name the folder of a run, render, remix, boards, sweep, mca, budget or regress (its -o), or "
     "of calibrate (its --plots)"
 )
+
+UNLIKE = (LookupError, TypeError, AttributeError, ValueError, ArithmeticError, RecursionError)
+"""What comes of JSON that is not as simtip writes it: fields missing, texts for numbers."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +79,7 @@ def results_in(folder: Path) -> Results:
     InputError
         It is none, or not to its end.
     """
-    if not folder.is_dir():
-        problem = "is not a folder" if folder.exists() else "no such folder"
-        raise InputError(problem, file=folder, remedy=REMEDY)
+    require_folder(folder, REMEDY)
     for name, kind in FILES:
         if (folder / name).is_file():
             measured = kind == "render" and (folder / "result.json").is_file()
@@ -130,6 +132,54 @@ def read_json(file: Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise damaged(file)
     return data
+
+
+class TakenFrom:
+    """Says that a file is damaged where what was read from it is not what simtip writes.
+
+    Parameters
+    ----------
+    file
+        The file.
+
+    Raises
+    ------
+    InputError
+        It is not.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def __enter__(self) -> None:
+        """Begin to use what was read."""
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Say it, unless more is known."""
+        if isinstance(error, UNLIKE) and not isinstance(error, InputError):
+            raise damaged(self._file) from error
+
+
+def own_file(folder: Path, name: object, listed_in: Path) -> Path:
+    """Give a file of a folder by the name that another of its files lists.
+
+    Raises
+    ------
+    InputError
+        The name leads elsewhere.
+    """
+    if not isinstance(name, str) or not name or Path(name).name != name or "\\" in name:
+        raise InputError(
+            f"names {str(name)[:80]!r}, which is no file of its folder",
+            file=listed_in,
+            remedy="restore it, or make the results again",
+        )
+    return folder / name
 
 
 def damaged(file: Path) -> InputError:

@@ -50,7 +50,7 @@ def html_of(page: Page) -> str:
             "form-action 'none'",
         )
     )
-    return (
+    text: str = (
         _environment()
         .get_template("page.html")
         .render(
@@ -64,11 +64,15 @@ def html_of(page: Page) -> str:
             drawn=_drawn,
         )
     )
+    # Names of folders, and JSON, may hold what is no Unicode.
+    return text.encode(errors="backslashreplace").decode()
 
 
 def is_page(file: Path) -> bool:
     """Say whether a file is a page that simtip wrote."""
     try:
+        if not file.is_file():
+            return False
         with file.open("rb") as stream:
             return MARK.encode() in stream.read(4096)
     except OSError:

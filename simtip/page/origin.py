@@ -58,6 +58,8 @@ def versions(said: Mapping[str, Any]) -> dict[str, object]:
 def sha256_of(file: Path) -> str:
     """Give a file's SHA-256, in hexadecimal, or what keeps it from being read."""
     digest = hashlib.sha256()
+    if not file.is_file():  # a pipe would never end
+        return "cannot be read"
     try:
         with file.open("rb") as stream:
             while chunk := stream.read(1 << 20):

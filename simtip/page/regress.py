@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from simtip.page.folder import Results, damaged
+from simtip.page.folder import Results, TakenFrom
 from simtip.page.origin import origin
 from simtip.page.parts import Drawing, Fact, Grid, Page, Part, Section, Tone, Words
 from simtip.page.wording import NONE, count, percent, signed
@@ -21,7 +21,7 @@ TONES: dict[str, Tone] = {"worse": "bad", "could not tell": "plain"}
 def regress_page(results: Results) -> Page:
     """Make the page of a folder of `regress check`."""
     told = results.json(RESULT)
-    try:
+    with TakenFrom(results.folder / RESULT):
         conditions = sorted(told["conditions"], key=lambda one: ORDER.index(one["state"]))
         sections = [
             Section("changes", "What changed", _changes(told)),
@@ -31,8 +31,6 @@ def regress_page(results: Results) -> Page:
         ]
         title = f"{told['suite']}: {_name(told, 'after')}"
         return Page(title, "regress", _verdict(told), _facts(told), sections)
-    except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
-        raise damaged(results.folder / RESULT) from error
 
 
 def _name(told: dict[str, Any], when: str) -> str:
@@ -171,7 +169,10 @@ def _origin(results: Results, told: dict[str, Any]) -> Section:
         "detector before": _name(told, "before"),
         "detector now": _name(told, "after"),
         "seed of the noise": told["seed"],
-        "level of a family of tests": told["statistics"]["family_level"],
+        "levels of families of tests": ", ".join(
+            f"{str(name).replace('_', ' ')} {level:g}"
+            for name, level in told["statistics"]["levels"].items()
+        ),
         "tolerances": ", ".join(f"{k} {v}" for k, v in told["statistics"]["tolerance"].items()),
         "accepted changes": len(told["accepted"]) or None,
     }

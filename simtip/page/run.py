@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +12,8 @@ from simtip.errors import InputError
 from simtip.geometry import Array
 from simtip.image_file import read_image
 from simtip.match import epipolar_line_left, epipolar_line_right
-from simtip.page.folder import Results, damaged
-from simtip.page.origin import origin, versions
+from simtip.page.folder import Results, TakenFrom, own_file
+from simtip.page.origin import origin, sha256_of, versions
 from simtip.page.parts import Code, Fact, Grid, Page, Part, Section, View, Views, Words
 from simtip.page.pictures import Point, tip_view
 from simtip.page.wording import NONE, figure, length, signed
@@ -29,31 +31,35 @@ def run_page(results: Results) -> Page:
     """Make the page of a folder of `run`, `render` or `remix`."""
     truth, manifest = results.json("truth.json"), results.json("manifest.json")
     result = results.json("result.json") if results.kind == "run" else None
-    try:
-        return _page(results, truth, manifest, result)
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
-        name = "truth.json" if result is None else "result.json"
-        raise damaged(results.folder / name) from error
-
-
-def _page(
-    results: Results, truth: dict[str, Any], manifest: dict[str, Any], result: dict[str, Any] | None
-) -> Page:
-    scene = results.text("scene.yaml")
-    views = _views(results.folder, truth, result)
-    name = str(result["scene"]) if result is not None else _name_in(scene)
-    sections = [Section("images", "Images", [Words([KEY], note=True), Views(name, views)])]
+    folder, scene = results.folder, results.text("scene.yaml")
+    name, verdict = _name_in(scene), "Images and truth of a scene; nothing was measured."
+    marks, facts, errors = _Marks.none(), list[Fact](), list[Section]()
     if result is not None:
-        sections.append(Section("error", "Error", _error(result)))
-    sections.append(Section("truth", "Truth", _truth(truth)))
-    sections.append(_origin(results, manifest, scene))
-    return Page(
-        name or results.folder.resolve().name,
-        results.kind,
-        "Images and truth of a scene; nothing was measured." if result is None else _said(result),
-        _facts(result, manifest),
-        sections,
-    )
+        with TakenFrom(folder / "result.json"):
+            name, verdict, marks = str(result["scene"]), _said(result), _marks(folder, result)
+            facts, errors = _facts(result), [Section("error", "Error", _error(result))]
+    with TakenFrom(folder / "truth.json"):
+        views = [_view(folder, side, truth, marks) for side in SIDES]
+        true = Section("truth", "Truth", _truth(truth))
+    with TakenFrom(folder / "manifest.json"):
+        facts += _exposure(manifest)
+        made = _origin(results, manifest, scene)
+    shown = Section("images", "Images", [Words([KEY], note=True), Views(name, views)])
+    title = name or folder.resolve().name
+    return Page(title, results.kind, verdict, facts, [shown, *errors, true, made])
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """What was measured in each view, by side: detected tips, epipolar lines, captions."""
+
+    detected: Mapping[str, Point | None]
+    lines: Mapping[str, tuple[float, float, float] | None]
+    captions: Mapping[str, str]
+
+    @classmethod
+    def none(cls) -> _Marks:
+        return cls(dict.fromkeys(SIDES), dict.fromkeys(SIDES), dict.fromkeys(SIDES, ""))
 
 
 def _name_in(scene: str) -> str:
@@ -73,13 +79,14 @@ def _said(result: dict[str, Any]) -> str:
     )
 
 
-def _facts(result: dict[str, Any] | None, manifest: dict[str, Any]) -> list[Fact]:
+def _exposure(manifest: dict[str, Any]) -> list[Fact]:
     exposure = manifest.get("exposure_s")
-    shared = [Fact("Exposure", f"{1e3 * exposure:.4g} ms")] if exposure else []
-    if result is None:
-        return shared
+    return [Fact("Exposure", f"{1e3 * exposure:.4g} ms")] if exposure else []
+
+
+def _facts(result: dict[str, Any]) -> list[Fact]:
     if result["status"] != "ok":
-        return [Fact("Tip", "not measured", str(result["status"]), "bad"), *shared]
+        return [Fact("Tip", "not measured", str(result["status"]), "bad")]
     facts = [Fact("Error", length(result["error_mm"]["norm"]))]
     for side in SIDES:
         error = result["error_px"][side]
@@ -99,30 +106,27 @@ def _facts(result: dict[str, Any] | None, manifest: dict[str, Any]) -> list[Fact
     if told:
         best = max((v for k, v in told.items() if k != "bound_mm" and v is not None), default=None)
         facts.append(Fact("Efficiency", figure(best), f"bound {length(told['bound_mm'])}"))
-    return [*facts, *shared]
+    return facts
 
 
-def _views(folder: Path, truth: dict[str, Any], result: dict[str, Any] | None) -> list[View]:
-    detected = dict.fromkeys(SIDES) if result is None else result["tip_detected_px"]
-    lines = _lines(folder, detected)
-    errors = dict.fromkeys(SIDES) if result is None else result["error_px"]
-    views = []
-    for side, line in zip(SIDES, lines, strict=True):
-        image = read_image(folder / f"{side}.png")
-        depth = _white(folder, image)
-        views.append(
-            tip_view(
-                side,
-                image,
-                white_dn=depth,
-                true=_point(truth[side]["tip_px"]),
-                detected=_point(detected[side]),
-                axis=_point(truth[side]["axis_px"]),
-                line=line,
-                caption=_caption(errors[side], detected[side], result),
-            )
-        )
-    return views
+def _marks(folder: Path, result: dict[str, Any]) -> _Marks:
+    detected = {side: _point(result["tip_detected_px"][side]) for side in SIDES}
+    captions = {side: _caption(result["error_px"][side], detected[side]) for side in SIDES}
+    return _Marks(detected, _lines(folder, detected), captions)
+
+
+def _view(folder: Path, side: str, truth: dict[str, Any], marks: _Marks) -> View:
+    image = read_image(folder / f"{side}.png")
+    return tip_view(
+        side,
+        image,
+        white_dn=_white(folder, image),
+        true=_point(truth[side]["tip_px"]),
+        detected=marks.detected[side],
+        axis=_point(truth[side]["axis_px"]),
+        line=marks.lines[side],
+        caption=marks.captions[side],
+    )
 
 
 def _white(folder: Path, image: Any) -> float:
@@ -137,9 +141,9 @@ def _white(folder: Path, image: Any) -> float:
         return 65535.0
 
 
-def _caption(error: Any, seen: Any, result: dict[str, Any] | None) -> str:
+def _caption(error: Any, seen: Point | None) -> str:
     if error is None:
-        return "" if seen is not None or result is None else "nothing detected"
+        return "" if seen is not None else "nothing detected"
     return f"{signed(error['along'], 'px')} along, {signed(error['across'], 'px')} across"
 
 
@@ -150,18 +154,21 @@ def _point(values: Any) -> Point | None:
     return (u, v) if math.isfinite(u) and math.isfinite(v) else None
 
 
-def _lines(folder: Path, detected: dict[str, Any]) -> list[tuple[float, float, float] | None]:
+def _lines(
+    folder: Path, detected: Mapping[str, Point | None]
+) -> dict[str, tuple[float, float, float] | None]:
     """Give both views' epipolar lines by the rig that measured; none of distorted views."""
     measured, true = folder / "rig_measured.yaml", folder / "rig_true.yaml"
     try:
         rig = read_rig(measured if measured.exists() else true)
     except InputError:
-        return [None, None]
-    lines: list[tuple[float, float, float] | None] = [None, None]
-    if detected["right"] is not None and not len(rig.left.distortion):
-        lines[0] = _three(epipolar_line_left(detected["right"], rig))
-    if detected["left"] is not None and not len(rig.right.distortion):
-        lines[1] = _three(epipolar_line_right(detected["left"], rig))
+        return dict.fromkeys(SIDES)
+    lines: dict[str, tuple[float, float, float] | None] = dict.fromkeys(SIDES)
+    left, right = (detected[side] for side in SIDES)
+    if right is not None and not len(rig.left.distortion):
+        lines["left"] = _three(epipolar_line_left(right, rig))
+    if left is not None and not len(rig.right.distortion):
+        lines["right"] = _three(epipolar_line_right(left, rig))
     return lines
 
 
@@ -262,19 +269,12 @@ def _origin(results: Results, manifest: dict[str, Any], scene: str) -> Section:
     if timings:
         facts["time"] = ", ".join(f"{name} {value:.2f} s" for name, value in timings.items())
     listed = manifest.get("sha256") or {}
-    changed = _changed(results.folder, listed)
+    names = results.folder / "manifest.json"
+    files = {name: own_file(results.folder, name, names) for name in listed}
+    changed = [name for name, file in files.items() if sha256_of(file) != listed[name]]
     parts: list[Part] = []
     if changed:
         said = f"Not as they were written: {', '.join(changed)}. What is shown is what is there."
         parts.append(Words([said], note=True))
     parts.append(Code("The scene, with every default", scene, "scene.yaml", folded=True))
-    return origin(
-        results.folder, facts, [n for n in listed if (results.folder / n).is_file()], parts
-    )
-
-
-def _changed(folder: Path, listed: dict[str, Any]) -> list[str]:
-    """Name the files that are missing, or have another hash than when they were written."""
-    from simtip.page.origin import sha256_of
-
-    return [name for name, digest in listed.items() if sha256_of(folder / name) != digest]
+    return origin(results.folder, facts, [n for n, file in files.items() if file.is_file()], parts)

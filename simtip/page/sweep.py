@@ -29,6 +29,9 @@ from simtip.yaml_file.write import dump_yaml
 if TYPE_CHECKING:
     import pandas as pd
 
+NEEDED = ("trial", "repeat", "detector", "status", "reason", NORM)
+"""Columns without which there is no page."""
+
 FEW = 8
 """So many different values of a factor are listed one by one."""
 
@@ -36,7 +39,8 @@ FEW = 8
 def sweep_page(results: Results, options: Options) -> Page:
     """Make the page of a sweep, also of one that is running."""
     table = Table.open(results.folder)
-    frame = table.frame()
+    table.require(NEEDED)
+    frame = table.numbered()
     factors = [c.name for c in table.columns if c.name not in {c.name for c in FIXED}]
     varying = [
         name

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simtip.errors import InputError
-from simtip.input_file import read_bytes
+from simtip.input_file import read_bytes, require_folder
 from simtip.sweep.columns import Column, checked
 
 if TYPE_CHECKING:
@@ -60,9 +60,7 @@ def read_head(folder: Path) -> Head:
         There is no such folder, no table in it, or the file is damaged or of another format.
     """
     file = folder / HEAD
-    if not folder.is_dir():
-        problem = "is not a folder" if folder.exists() else "no such folder"
-        raise InputError(problem, file=folder, remedy="name the folder of a sweep")
+    require_folder(folder, "name the folder of a sweep")
     if not file.exists():
         raise InputError(
             f"holds no table of results ({HEAD})", file=folder, remedy="name the folder of a sweep"

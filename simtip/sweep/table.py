@@ -40,6 +40,9 @@ T = TypeVar("T")
 OK = "ok"
 """Status of a trial that was measured."""
 
+NUMBERS = ("trial", "repeat")
+"""Columns that every row of a sweep fills."""
+
 ATTEMPTS = 100
 """A reader lists the parts anew so often, at most, when one vanishes: they were merged."""
 
@@ -117,6 +120,43 @@ class Table:
     def provenance(self) -> dict[str, Any]:
         """Where the rows come from, likewise."""
         return self._head.provenance
+
+    def require(self, names: Iterable[str]) -> None:
+        """Refuse a table that lacks columns.
+
+        Raises
+        ------
+        InputError
+            It does.
+        """
+        there = {column.name for column in self.columns}
+        missing = [name for name in names if name not in there]
+        if missing:
+            raise InputError(
+                f"lists no column {missing[0]}",
+                file=self.folder / HEAD,
+                field="columns",
+                remedy="restore it, or run the sweep into a new folder",
+            )
+
+    def numbered(self) -> pd.DataFrame:
+        """Read all rows as `frame` does, and refuse those that do not say which trial they are.
+
+        Raises
+        ------
+        InputError
+            As `frame`; or a row has no ``trial`` or ``repeat``.
+        """
+        self.require(NUMBERS)
+        frame = self.frame()
+        for name in NUMBERS:
+            if frame[name].isna().any():
+                raise InputError(
+                    f"a row has no {name}",
+                    file=self.folder / self._head.rows,
+                    remedy="restore it, or run the sweep into a new folder",
+                )
+        return frame
 
     def append(self, rows: Sequence[Row]) -> None:
         """Add rows, as one part that appears whole.
@@ -261,7 +301,7 @@ class Table:
             self._head = head = read_head(self.folder)
             try:
                 result = read(head, parts_in(self.folder / head.rows))
-            except FileNotFoundError:
+            except (FileNotFoundError, NotADirectoryError):
                 time.sleep(_PAUSE_S)
                 continue
             # A replaced table's parts vanish one by one: what was read may be some of them.

@@ -14,6 +14,7 @@ import pytest
 from cli.command_line import one_line, snapshot
 from export.exported import exported
 from sweep.small_sweeps import run, sweep_file
+from sweep.spoilt_tables import filled, without_column
 
 from simtip.sweep.table import Table
 
@@ -243,3 +244,36 @@ def test_pairs_that_differ_by_their_light_alone_are_traced_once(swept, tmp_path,
     areas = [one["area"] for one in told]
     assert areas == [*areas[:2], *areas[:2], *areas[4:6], *areas[4:6]]
     assert areas[0] != areas[4]
+
+
+SPOILT = {
+    "a column missing": (
+        lambda folder: without_column(folder, "image_key"),
+        "table.json: columns: lists no column image_key",
+    ),
+    "a key that leads elsewhere": (
+        lambda folder: filled(folder, "image_key", "../../x"),
+        "image_key: trial 0 has '../../x', which is no key of images",
+    ),
+    "a trial without a number": (
+        lambda folder: filled(folder, "trial", None),
+        "rows: a row has no trial",
+    ),
+    "measured, and no tip": (
+        lambda folder: filled(folder, "tip_x_mm", None),
+        "was scored against another tip",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", SPOILT)
+def test_a_spoilt_table_is_one_line(case, swept, tmp_path, ask):
+    spoil, said = SPOILT[case]
+    shutil.copytree(swept / "out", tmp_path / "sweep")
+    spoil(tmp_path / "sweep")
+    before = snapshot(tmp_path)
+    words = ["--format", "opencv", "-o", tmp_path / "made", "--cache", swept / "cache"]
+    answer = ask("export", *map(str, [tmp_path / "sweep", *words]))
+    assert said in one_line(answer.err)
+    assert answer.code == 2
+    assert snapshot(tmp_path) == before

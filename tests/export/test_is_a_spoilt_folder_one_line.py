@@ -44,10 +44,20 @@ def edited_hash() -> None:
 
 def other_truth() -> None:
     """As another version of simtip might have it: hashes right, truth and scene not alike."""
+    tip = json.loads(Path("run/truth.json").read_text())["tip_mm"]
+    with_truth(tip_mm=[tip[0] + 1e-3, *tip[1:]])
+
+
+def huge_truth() -> None:
+    """No float holds it."""
+    with_truth(tip_mm=[10**400, 0, 0])
+
+
+def with_truth(**parts: object) -> None:
+    """Change the truth, and its hash with it."""
     import hashlib
 
-    truth = json.loads(Path("run/truth.json").read_text())
-    truth["tip_mm"][0] += 1e-3
+    truth = json.loads(Path("run/truth.json").read_text()) | parts
     Path("run/truth.json").write_text(json.dumps(truth))
     manifest = json.loads(Path("run/manifest.json").read_text())
     data = Path("run/truth.json").read_bytes()
@@ -55,7 +65,27 @@ def other_truth() -> None:
     Path("run/manifest.json").write_text(json.dumps(manifest))
 
 
+def board_elsewhere() -> None:
+    """With its digest made anew: the name alone is wrong."""
+    from simtip.boards_folder import BESIDE_TRUTH, inputs_digest
+    from simtip.scene_file import load_scene
+
+    shutil.copy("boards/left_02.png", "left_02.png")
+    truth = json.loads(Path("boards/truth.json").read_text())
+    truth["views"][1]["left"]["file"] = "../left_02.png"
+    own = {name: part for name, part in truth.items() if name not in BESIDE_TRUTH}
+    scene = load_scene(Path("boards/scene.yaml"))
+    truth["inputs_sha256"] = inputs_digest(scene, truth["seed"], own)
+    Path("boards/truth.json").write_text(json.dumps(truth))
+
+
 SPOILT = {
+    "a number that no float holds": (huge_truth, "run", "truth.json: is no truth of a needle"),
+    "a board's image elsewhere": (
+        board_elsewhere,
+        "boards",
+        "truth.json: names '../left_02.png', which is no file of its folder",
+    ),
     "a missing image": (lambda: Path("run/right.png").unlink(), "run", "right.png: is missing"),
     "an edited image": (lambda: flip(Path("run/left.png")), "run", "left.png: has been changed"),
     "an image cut short": (lambda: cut(Path("run/left.png"), 0.5), "run", "left.png: has been"),

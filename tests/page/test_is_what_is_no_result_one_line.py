@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 
 import cv2
 import numpy as np
 import pytest
 from made_tables import grid
+from sweep.spoilt_tables import filled, without_column
 from typer.testing import CliRunner
 
 from simtip.cli.program import main
@@ -69,6 +73,72 @@ def test_an_image_that_is_missing_or_cut_short(tmp_path, complaint, ran):
     assert not (folder / "report.html").exists()
 
 
+@pytest.fixture
+def edited(tmp_path, ran):
+    """Put a value into a field of one of a run's files, and give the folder."""
+
+    def of(name: str, path: str, value: object):
+        folder = tmp_path / "run"
+        if not folder.exists():
+            shutil.copytree(ran, folder)
+        shutil.copy(ran / name, folder / name)
+        data = json.loads((folder / name).read_text())
+        part, keys = data, path.split(".")
+        for key in keys[:-1]:
+            part = part[key]
+        part[keys[-1]] = value
+        (folder / name).write_text(json.dumps(data))
+        return folder
+
+    return of
+
+
+SPOILT = [
+    ("truth.json", "tip_mm"),
+    ("truth.json", "needle.diameter_mm"),
+    ("truth.json", "left.tip_px"),
+    ("truth.json", "right.silhouette_tip_px"),
+    ("result.json", "tip_measured_mm"),
+    ("result.json", "tip_detected_px.left"),
+    ("result.json", "error_mm.norm"),
+    ("manifest.json", "exposure_s"),
+    ("manifest.json", "timings_s"),
+]
+
+
+@pytest.mark.parametrize(("name", "path"), SPOILT)
+def test_a_field_that_holds_something_else_names_its_file(edited, complaint, ran, name, path):
+    for value in ("text", [10**400] * 3):
+        folder = edited(name, path, value)
+        assert f"{name}: is damaged or cut short" in complaint(folder)
+        assert not (folder / "report.html").exists()
+        shutil.copy(ran / name, folder / name)
+
+
+@pytest.mark.parametrize("name", ["../../../etc/passwd", "/dev/zero", "a/left.png"])
+def test_a_listed_file_that_is_elsewhere_is_not_read(edited, complaint, name):
+    folder = edited("manifest.json", "sha256", {name: "0" * 64})
+    assert f"manifest.json: names {name!r}, which is no file of its folder" in complaint(folder)
+
+
+@pytest.mark.slow
+def test_a_pipe_in_place_of_a_listed_file_does_not_hold_the_page_up(edited):
+    folder = edited("manifest.json", "seed", 5)
+    (folder / "left_mask.png").unlink()
+    os.mkfifo(folder / "left_mask.png")
+    subprocess.run([sys.executable, "-m", "simtip", "report", folder], check=True, timeout=120)
+    assert "Not as they were written: left_mask.png" in (folder / "report.html").read_text()
+
+
+def test_what_is_no_unicode_is_shown_all_the_same(edited):
+    from simtip.cli.program import app
+
+    folder = edited("truth.json", "needle.tip.kind", "co\ud800ne")
+    done = CliRunner().invoke(app, ["report", str(folder)])
+    assert done.exit_code == 0, done.output
+    assert "co\\ud800ne" in (folder / "report.html").read_text()
+
+
 def test_a_table_that_is_damaged(tmp_path, complaint):
     folder = grid(tmp_path / "sweep")
     part = next(folder.glob("rows/part-*.parquet"))
@@ -76,6 +146,32 @@ def test_a_table_that_is_damaged(tmp_path, complaint):
     assert "part-" in complaint(folder)
     (folder / "table.json").write_text("{")
     assert "table.json: is damaged or no table of a sweep" in complaint(folder)
+
+
+def test_rows_that_are_a_file(tmp_path, complaint, monkeypatch):
+    monkeypatch.setattr("simtip.sweep.table._PAUSE_S", 0.0)
+    folder = grid(tmp_path / "sweep")
+    shutil.rmtree(folder / "rows")
+    (folder / "rows").write_text("")
+    assert "rows: parts of it are missing" in complaint(folder)
+
+
+@pytest.mark.parametrize("name", ["repeat", "detector", "reason", "error_norm_mm"])
+def test_a_table_without_a_column_that_the_page_needs(tmp_path, complaint, name):
+    without_column(grid(tmp_path / "sweep"), name)
+    assert f"table.json: columns: lists no column {name}" in complaint(tmp_path / "sweep")
+
+
+@pytest.mark.parametrize("name", ["trial", "repeat"])
+def test_a_row_without_a_number(tmp_path, complaint, name):
+    filled(grid(tmp_path / "sweep"), name, None)
+    assert f"rows: a row has no {name}" in complaint(tmp_path / "sweep")
+
+
+def test_a_name_that_is_too_long(tmp_path, complaint, ran):
+    name = "x" * 300
+    assert "File name too long" in complaint(tmp_path / name)
+    assert "File name too long" in complaint(ran, "-o", tmp_path / f"{name}.html")
 
 
 @pytest.mark.parametrize("kind", ["mca", "budget"])
