@@ -133,7 +133,7 @@ def test_repeats_have_noise_of_their_own(tmp_path):
 
     plan = plan_of(tmp_path, repeats=3)
     stages = Stages(plan, None, choose("llvm"), Limit(60))
-    assert len({stages._setting(plan.trial(k)).seed for k in range(3)}) == 3
+    assert len({stages.setting(plan.trial(k)).seed for k in range(3)}) == 3
 
 
 @pytest.fixture
