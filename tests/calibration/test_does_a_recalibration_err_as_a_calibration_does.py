@@ -69,6 +69,7 @@ def tip_error(spec, rig):
     return triangulate_points(*spec.rig.rig().project(tip), rig) - tip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["radtan", "opencv5", "auto"])
 def test_without_noise_the_true_rig_comes_back(distorting, model):
     calibration = recalibrate(distorting, changed(EXACT, distortion=model))
@@ -77,11 +78,13 @@ def test_without_noise_the_true_rig_comes_back(distorting, model):
     assert len(calibration.left.corners) == len(calibration.right.corners) == 8 * 88
 
 
+@pytest.mark.slow
 def test_a_rig_without_distortion_comes_back_by_every_model_that_can_tell(scene):
     for model in ("none", "radial2", "opencv5"):
         assert worst(scene, recalibrate(scene, changed(EXACT, distortion=model))) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_board_is_held_where_the_boards_command_holds_it(distorting):
     held = recalibrate(distorting, changed(EXACT, seed=5)).board_poses
     plan = plan_boards(with_boards(distorting, views=8), seed=5)
@@ -189,6 +192,7 @@ def opencv_rig_without_distortion(spec, how):
     return replace(rig, left=left, right=right, T_lr=Pose(R.T, -R.T @ T.ravel()))
 
 
+@pytest.mark.slow
 def test_a_model_without_distortion_leaves_what_opencv_leaves(distorting):
     how = RecalibrationSpec(corner_noise_px=0, distortion="none")
     rig, true, tip = recalibrated(distorting, how), distorting.rig.rig(), distorting.needle.tip_mm
@@ -207,6 +211,7 @@ def test_a_model_without_distortion_leaves_what_opencv_leaves(distorting):
     assert 0.01 < ours["deformation"]["mean"] < 0.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [EXACT, NOISY], ids=["exact", "noisy"])
 def test_a_board_printed_too_large_makes_all_lengths_too_small(distorting, how):
     true = distorting.rig.rig()
@@ -220,6 +225,7 @@ def test_a_board_printed_too_large_makes_all_lengths_too_small(distorting, how):
     np.testing.assert_allclose(wrong, right / 1.01, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_that_error_is_what_a_larger_print_makes(distorting):
     plate = distorting.boards.plate.model_dump()
     large = with_boards(distorting, plate=plate | {"print_scale": (1.01, 1.01)})
@@ -229,6 +235,7 @@ def test_that_error_is_what_a_larger_print_makes(distorting):
     np.testing.assert_allclose(printed.T_lr.t, np.array(distorting.rig.t_mm) / 1.01, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_bowed_board_is_taken_for_flat(distorting):
     plate = distorting.boards.plate.model_dump()
     bowed = with_boards(distorting, plate=plate | {"bow_mm": 0.2})
@@ -237,6 +244,7 @@ def test_a_bowed_board_is_taken_for_flat(distorting):
     assert worst(bowed, calibration) > 1e-5
 
 
+@pytest.mark.slow
 def test_a_seed_is_a_rig_to_the_bit(distorting, noisy):
     first = bits(noisy.rig)
     assert bits(recalibrated(distorting, NOISY)) == first
@@ -245,6 +253,7 @@ def test_a_seed_is_a_rig_to_the_bit(distorting, noisy):
     assert bits(recalibrated(other, NOISY)) == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "what", [{"seed": 1}, {"views": 9}, {"corner_noise_px": 0.06}, {"distortion": "none"}], ids=str
 )
@@ -252,6 +261,7 @@ def test_every_field_makes_another_rig(distorting, noisy, what):
     assert bits(recalibrated(distorting, changed(NOISY, **what))) != bits(noisy.rig)
 
 
+@pytest.mark.slow
 def test_another_seed_has_poses_and_noise_of_its_own(scene):
     first, second = (plan_boards(with_boards(scene, views=3), seed=seed) for seed in (1, 2))
     assert not np.allclose(first.poses[0].matrix(), second.poses[0].matrix())
@@ -281,6 +291,7 @@ def test_points_outside_the_image_are_dropped(scene):
     assert lost.left is None
 
 
+@pytest.mark.slow
 def test_a_region_of_interest_is_calibrated_as_it_is_read_out(scene):
     spec = with_roi(scene, *REGIONS)
     calibration = recalibrate(spec, EXACT)
@@ -289,6 +300,7 @@ def test_a_region_of_interest_is_calibrated_as_it_is_read_out(scene):
     assert worst(spec, calibration) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["none", "opencv5"])
 def test_the_rig_from_its_file_is_the_same_to_the_bit(distorting, tmp_path, model):
     rig, file = recalibrated(distorting, changed(NOISY, distortion=model)), tmp_path / "rig.json"

@@ -183,6 +183,7 @@ def errors(detector, offsets):
     return np.array([detector(pin.image()).tip_px - pin.tip for pin in pins])
 
 
+@pytest.mark.slow
 def test_the_error_of_pixels_is_gone_and_the_rest_stays(pixels, dithered):
     offsets = np.random.default_rng(3).uniform(-0.5, 0.5, (24, 2))
     on_pixels, without = errors(pixels, offsets), errors(dithered, offsets)
@@ -206,6 +207,7 @@ def test_many_shifts_leave_nothing_of_the_pixels():
     assert np.abs(seen - seen.mean(axis=0)).max() < 0.05
 
 
+@pytest.mark.slow
 def test_it_is_the_mean_over_scenes_that_are_really_moved(pixels, dithered):
     order = np.arange(16)
     places = np.stack([order, order * 7 % 16], axis=-1) / 16 - 15 / 32
@@ -215,6 +217,7 @@ def test_it_is_the_mean_over_scenes_that_are_really_moved(pixels, dithered):
     assert np.abs(errors(pixels, [(0.21, -0.34)])[0] - mean).max() > 0.1
 
 
+@pytest.mark.slow
 def test_finer_steps_leave_less_of_the_pixels():
     offsets = np.random.default_rng(4).uniform(-0.5, 0.5, (12, 2))
     spread = []
@@ -350,6 +353,7 @@ def test_camera_and_region_are_passed_on():
 # The reference
 
 
+@pytest.mark.slow
 def test_it_keeps_the_contract():
     result = contract.check("dithered:lin2020", {"dither_steps": 2})
     assert result.ok, [r for r in result.results if r.outcome is contract.Outcome.FAILED]

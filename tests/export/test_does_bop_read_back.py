@@ -75,6 +75,7 @@ def cast(out: Path, number: int, image: int) -> tuple[np.ndarray, np.ndarray]:
 VIEWS = [(number, image) for number in range(3) for image in (0, 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "image"), VIEWS)
 def test_the_model_cast_at_by_pose_and_camera_is_the_mask_pixel_by_pixel(out, number, image):
     folder = scene_of(out, number)["folder"]

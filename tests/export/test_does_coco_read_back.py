@@ -121,6 +121,7 @@ def test_what_is_outside_the_image_is_not_labelled(tmp_path, scene):
     assert (above["num_keypoints"], whole["num_keypoints"]) == (1, 2)
 
 
+@pytest.mark.slow
 def test_a_needle_that_nothing_is_seen_of_has_no_annotation(tmp_path, scene):
     data = small(scene)
     left = data.rig.left.model_copy(update={"roi": (0, 0, 40, 40)})

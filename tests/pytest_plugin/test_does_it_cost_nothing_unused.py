@@ -49,6 +49,7 @@ def test_a_test_that_needs_no_pair_loads_next_to_nothing(mine):
     assert not [name for name in modules if name.startswith(HEAVY)]
 
 
+@pytest.mark.slow
 def test_what_a_test_uses_would_be_seen(mine):
     mine.test("def test(simtip_pair): ...")
     assert {"numpy", "simtip.sweep.stages"} <= loaded(mine)
@@ -68,6 +69,7 @@ def test_it_is_loaded_in_no_time():
     assert min(took_s) < 0.05
 
 
+@pytest.mark.slow
 def test_it_can_be_switched_off(mine):
     mine.write("test_mine.py", "def test(simtip_pair): ...\n")
     done = mine.pytester.runpytest_subprocess("-p", "no:simtip", "-p", "no:simtip.pytest_plugin")

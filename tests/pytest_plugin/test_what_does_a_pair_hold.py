@@ -102,6 +102,7 @@ def test_seeds_change_the_noise_and_nothing_else(saved):
     assert (a["name"], b["name"], d["name"]) == ("tiny, seed 1", "tiny, seed 2", "tiny")
 
 
+@pytest.mark.slow
 def test_fresh_noise_draws_all_anew_and_keeps_pairs_apart(saved):
     body = "[save(simtip_pair('tiny.yaml', seed=s), n) for n, s in zip('abc', (1, 2, None))]"
     old = [saved(body)(name) for name in "abc"]

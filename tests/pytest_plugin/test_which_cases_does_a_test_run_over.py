@@ -109,6 +109,7 @@ def test_a_case_gives_each_pair_once(mine, case, repeats, expected):
     mine.run().assert_outcomes(passed=1)
 
 
+@pytest.mark.slow
 def test_the_standard_suites_cases_have_names_for_single_pairs(mine):
     """The pair is the first of the case; the cheapest: what is rendered are 500 x 700 px."""
     small = {"rig.left.roi": [771, 760, 60, 60], "rig.right.roi": [983, 755, 60, 60]}

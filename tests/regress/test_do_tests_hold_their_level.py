@@ -94,6 +94,7 @@ KINDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("level", [0.05, 0.01])
 def test_chance_is_called_a_change_no_more_often_than_stated(kind, level):

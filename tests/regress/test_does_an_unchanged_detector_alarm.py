@@ -42,6 +42,7 @@ def test_at_most_two_of_200_checks_alarm(detector):
     assert states.count(UNTOLD) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detector", detectors())
 def test_of_a_dozen_checks_none_alarms(detector):
     rng = np.random.default_rng(21)

@@ -119,6 +119,7 @@ def test_whole_pixels_without_any_scatter_are_compared():
         assert states(found, SPREAD) == {SAME}
 
 
+@pytest.mark.slow
 def test_more_scatter_is_spread_and_no_shift():
     before = [sample(noise(k)) for k in range(25)]
     after = [sample(noise(100 + k, 0.25)) for k in range(25)]

@@ -23,6 +23,7 @@ def share(p_values) -> float:
     return float(np.mean(p_values))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "alpha"), [(12, 1e-3), (12, 5e-6), (30, 5e-6)])
 def test_a_shift_of_one_condition(n, alpha):
     least = least_shift(n, alpha)
@@ -40,6 +41,7 @@ def test_a_shift_of_one_condition(n, alpha):
     assert seen(1.3 * least) > 0.95
 
 
+@pytest.mark.slow
 def test_a_spread_of_all_conditions():
     n, strata, alpha = 12, 10, 1e-4
     least = least_ratio(n, strata, alpha)
