@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+from simtip.calibration_rows import COEFFICIENTS, error_of, intrinsic
 
 SHOWN_CORNERS = 10
 """Outlying corners that are listed one by one."""
@@ -49,25 +49,13 @@ def _cameras(result: dict[str, Any]) -> Table:
     for name in ("fx", "fy", "cx", "cy", *COEFFICIENTS[: len(result["D_left"])]):
         cells = [name]
         for side in ("left", "right"):
-            value, std = _intrinsic(result, side, name)
+            value, std = intrinsic(result, side, name)
             digits = 5 if name in COEFFICIENTS else 3
             cells += [f"{value:.{digits}f}", f"{std:.{digits}f}"]
             if judged:
-                cells.append(f"{_error(result, f'{side}.{name}'):+.{digits}f}")
+                cells.append(f"{error_of(result, f'{side}.{name}'):+.{digits}f}")
         _row(table, *cells)
     return table
-
-
-def _intrinsic(result: dict[str, Any], side: str, name: str) -> tuple[float, float]:
-    if name in COEFFICIENTS:
-        i = COEFFICIENTS.index(name)
-        return result[f"D_{side}"][i], result["std"][f"D_{side}"][i]
-    row, column = {"fx": (0, 0), "fy": (1, 1), "cx": (0, 2), "cy": (1, 2)}[name]
-    return result[f"K_{side}"][row][column], result["std"][f"K_{side}"][row][column]
-
-
-def _error(result: dict[str, Any], name: str) -> float:
-    return float(result["error"]["parameters"][name]["error"])
 
 
 def _pose(result: dict[str, Any]) -> Table:
@@ -77,8 +65,8 @@ def _pose(result: dict[str, Any]) -> Table:
         _row(table, f"R {k + 1}", *map(_within, row, deviations))
     _row(table, "T, mm", *map(_within, result["T_mm"], std["T_mm"]))
     if "error" in result:
-        turns = [_error(result, f"rotation_{axis}_deg") for axis in "xyz"]
-        shifts = [_error(result, f"T_{axis}_mm") for axis in "xyz"]
+        turns = [error_of(result, f"rotation_{axis}_deg") for axis in "xyz"]
+        shifts = [error_of(result, f"T_{axis}_mm") for axis in "xyz"]
         _row(table, "error, deg", *map(_off_within, turns, std["rotation_deg"]))
         _row(table, "error, mm", *map(_off_within, shifts, std["T_mm"]))
     else:
@@ -177,7 +165,7 @@ def _lines(result: dict[str, Any]) -> Iterable[str]:
     rms = result["rms_px"]
     length = f"baseline {result['baseline_mm']:.4f} ± {result['std']['baseline_mm']:.4f} mm"
     if "error" in result:
-        length += f", error {_error(result, 'baseline_mm'):+.4f} mm"
+        length += f", error {error_of(result, 'baseline_mm'):+.4f} mm"
     yield length
     yield (
         f"{used} views used, {len(rejected)} left out; rms left {rms['left']:.4f}, right "

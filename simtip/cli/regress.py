@@ -12,12 +12,13 @@ import typer
 
 from simtip.cli.detector_options import SettingsOption, chatter_aside, parse_settings
 from simtip.cli.errors import fail
-from simtip.cli.experiment import CacheOption, WorkersOption
+from simtip.cli.experiment import CacheOption, CacheSizeOption, WorkersOption
 from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say_aside, say_where
 from simtip.errors import InputError
 from simtip.interrupts import INTERRUPTED
 from simtip.seeding import SEED_LIMIT
+from simtip.sweep.sizes import USUAL_SIZE
 
 if TYPE_CHECKING:
     from simtip.regress.baseline import Baseline
@@ -37,9 +38,6 @@ NoiseOption = Annotated[
     int | None,
     typer.Option("--seed", min=0, max=SEED_LIMIT - 1, help="Of the noise, instead of the suite's."),
 ]
-CacheSizeOption = Annotated[
-    str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
-]
 
 regress = typer.Typer(help="Has a detector become worse? Record a baseline, check against it.")
 
@@ -58,7 +56,7 @@ def record_baseline(
     seed: NoiseOption = None,
     workers: WorkersOption = None,
     cache: CacheOption = None,
-    cache_size: CacheSizeOption = "20GB",
+    cache_size: CacheSizeOption = USUAL_SIZE,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -121,7 +119,7 @@ def check_baseline(
     ] = None,
     workers: WorkersOption = None,
     cache: CacheOption = None,
-    cache_size: CacheSizeOption = "20GB",
+    cache_size: CacheSizeOption = USUAL_SIZE,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -172,7 +170,7 @@ def update_baseline(
     settings: SettingsOption = None,
     workers: WorkersOption = None,
     cache: CacheOption = None,
-    cache_size: CacheSizeOption = "20GB",
+    cache_size: CacheSizeOption = USUAL_SIZE,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:

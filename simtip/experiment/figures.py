@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from simtip.experiment.analysis import Capability
+from simtip.experiment.result import Capability
 from simtip.output_folder import write_atomically
 from simtip.report.accuracy import accuracy_figure
 from simtip.report.bland_altman import bland_altman_figure

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from simtip.experiment.analysis import Capability, positions_along
+from simtip.experiment.analysis import positions_along
 from simtip.experiment.performed import Measured
+from simtip.experiment.result import Capability
 from simtip.output_folder import write_atomically
 
 RESULT, ROWS = "mca.json", "measurements.csv"

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from simtip.experiment.analysis import CAMERA, Capability, analyse
+from simtip.experiment.analysis import analyse
 from simtip.experiment.files import write_result, write_rows
 from simtip.experiment.performed import Said, begin, perform, refuse_strangers
+from simtip.experiment.result import CAMERA, Capability
 from simtip.experiment.series import series_of
 from simtip.spec import SceneSpec
 from simtip.sweep.campaign import Means

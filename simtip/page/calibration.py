@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from simtip.calibration_images.record import POINTS, RESULT, read_record
+from simtip.calibration_rows import COEFFICIENTS, error_of, intrinsic
 from simtip.page.folder import Results, TakenFrom
 from simtip.page.origin import origin
 from simtip.page.parts import Drawing, Fact, Grid, Page, Part, Section, Words
 from simtip.page.wording import NONE, length
 
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 SIDES = ("left", "right")
 
 TITLES = {
@@ -93,11 +93,11 @@ def _rig(told: dict[str, Any]) -> Iterator[Part]:
     for name in ("fx", "fy", "cx", "cy", *COEFFICIENTS[: len(told["D_left"])]):
         cells = [name]
         for side in SIDES:
-            value, std = _intrinsic(told, side, name)
+            value, std = intrinsic(told, side, name)
             digits = 5 if name in COEFFICIENTS else 3
             cells += [f"{value:.{digits}f}", f"{std:.{digits}f}"]
             if judged:
-                cells.append(f"{_error(told, f'{side}.{name}'):+.{digits}f}")
+                cells.append(f"{error_of(told, f'{side}.{name}'):+.{digits}f}")
         rows.append(cells)
     yield Grid("Cameras, px", heads, rows)
     std = told["std"]
@@ -128,18 +128,6 @@ def _rig(told: dict[str, Any]) -> Iterator[Part]:
         notes.append(f"Numbered anew in the right image: views {', '.join(told['views_turned'])}.")
     if notes:
         yield Words(notes, note=True)
-
-
-def _intrinsic(told: dict[str, Any], side: str, name: str) -> tuple[float, float]:
-    if name in COEFFICIENTS:
-        k = COEFFICIENTS.index(name)
-        return told[f"D_{side}"][k], told["std"][f"D_{side}"][k]
-    row, column = {"fx": (0, 0), "fy": (1, 1), "cx": (0, 2), "cy": (1, 2)}[name]
-    return told[f"K_{side}"][row][column], told["std"][f"K_{side}"][row][column]
-
-
-def _error(told: dict[str, Any], name: str) -> float:
-    return float(told["error"]["parameters"][name]["error"])
 
 
 def _per_view(told: dict[str, Any]) -> Grid:

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import yaml
+from sweep.small_sweeps import scene_file
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
@@ -17,18 +18,6 @@ CASES = [
     {"name": "lamps", "factors": {"lamps[0].power": [0.8, 1.2]}},
     {"name": "rolled", "base": {"needle.roll_deg": 40.0}},
 ]
-
-
-def scene_file(folder: Path) -> Path:
-    """Write a scene of two small regions around the tip."""
-    data = yaml.safe_load((SCENES / "01_single_tip.yaml").read_text())
-    data["rig"]["left"]["roi"] = [770, 760, 100, 150]
-    data["rig"]["right"]["roi"] = [983, 755, 100, 150]
-    data["render"] = {"noise": None, "samples": 4, "light_step_mm": 4.0}
-    data["detect"] = {"name": "lin2020", "min_area_px": 300}
-    path = folder / "scene.yaml"
-    path.write_text(yaml.safe_dump(data))
-    return path
 
 
 def suite_file(folder: Path, **said: object) -> Path:
