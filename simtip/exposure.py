@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from simtip.errors import InputError
 from simtip.sensor import UNIFORM, dark_electrons, expected_dn, gains, responsivity
@@ -129,7 +129,7 @@ def auto_expose(irradiance: NDArray[np.float64], sensor: SensorSpec) -> SensorSp
     lowest, highest = excess(ends[0]), excess(ends[1])
     if not (lowest < 0 < highest):
         raise _out_of_reach(target, lowest + target, highest + target)
-    return _timed(sensor, float(np.exp(brentq(excess, *ends, xtol=1e-10))))
+    return _timed(sensor, float(np.exp(scipy.optimize.brentq(excess, *ends, xtol=1e-10))))
 
 
 def settle_exposure(backgrounds: Backgrounds, sensor: SensorSpec) -> SensorSpec:

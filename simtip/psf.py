@@ -57,8 +57,8 @@ from typing import Any
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, special
 
 from simtip.errors import InputError
 
@@ -171,7 +171,7 @@ class Psf:
             return np.ones(1)
         radius = int(np.ceil(GAUSSIAN_RADIUS * sigma))
         borders = np.arange(-radius, radius + 2) - 0.5
-        return _with_second_moment(np.diff(special.ndtr(borders / sigma)), sigma**2)
+        return _with_second_moment(np.diff(scipy.special.ndtr(borders / sigma)), sigma**2)
 
     def airy_kernel(self, channel: int) -> Array:
         """Give the weights of diffraction alone, (2 r + 1, 2 r + 1), sum 1."""
@@ -250,11 +250,11 @@ def _radius_holding(energy: float) -> float:
     """Give v = pi r / (lambda N) of the circle that holds a share of the Airy pattern's energy."""
     # 1 - E falls as 2 / (pi v): twice that is enough on the far side.
     farthest = 4 / (np.pi * (1 - energy)) + 10
-    return float(optimize.brentq(lambda v: _encircled(v) - energy, 0.0, farthest))
+    return float(scipy.optimize.brentq(lambda v: _encircled(v) - energy, 0.0, farthest))
 
 
 def _encircled(v: float) -> float:
-    return float(1 - special.j0(v) ** 2 - special.j1(v) ** 2)
+    return float(1 - scipy.special.j0(v) ** 2 - scipy.special.j1(v) ** 2)
 
 
 def _airy_second_moment(unit_px: float, radius_px: float) -> float:
@@ -263,7 +263,11 @@ def _airy_second_moment(unit_px: float, radius_px: float) -> float:
     From ``integral of v J1(v)^2 = v^2 (J1^2 - J0 J2) / 2``.
     """
     v = np.pi * radius_px / unit_px
-    radial = v**2 * (special.j1(v) ** 2 - special.j0(v) * special.jv(2, v)) / _encircled(v)
+    radial = (
+        v**2
+        * (scipy.special.j1(v) ** 2 - scipy.special.j0(v) * scipy.special.jv(2, v))
+        / _encircled(v)
+    )
     return float(radial / 2 * (unit_px / np.pi) ** 2)
 
 
@@ -285,7 +289,7 @@ def _airy_over_pixels(unit_px: float, radius_px: float) -> Array:
 def _airy(v: Array) -> Array:
     """Airy intensity, 1 in the middle."""
     safe = np.maximum(v, 1e-6)  # there it is 1 to the last digit
-    intensity: Array = (2 * special.j1(safe) / safe) ** 2
+    intensity: Array = (2 * scipy.special.j1(safe) / safe) ** 2
     return intensity
 
 
@@ -308,14 +312,14 @@ def _with_second_moment(weights: Array, moment_px2: float) -> Array:
         return _second_moment(changed(by_px2)) - moment_px2
 
     if excess(0.0) < 0:
-        return _trimmed(changed(float(optimize.brentq(excess, -0.5, 0.0, xtol=1e-15))))
+        return _trimmed(changed(float(scipy.optimize.brentq(excess, -0.5, 0.0, xtol=1e-15))))
     steps = np.linspace(0, 0.25, 26)  # 1/12 where h is wide; more where weights were set to zero
     left = np.array([excess(step) for step in steps])
     nearest = int(np.argmin(left))
     if left[nearest] > 0:  # what is set to zero at the rim of a large pattern outweighs the middle
         return _trimmed(changed(float(steps[nearest])))
     first = float(steps[np.argmax(left <= 0)])
-    return _trimmed(changed(float(optimize.brentq(excess, 0.0, first, xtol=1e-15))))
+    return _trimmed(changed(float(scipy.optimize.brentq(excess, 0.0, first, xtol=1e-15))))
 
 
 def _trimmed(weights: Array) -> Array:

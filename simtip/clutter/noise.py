@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from simtip.clutter.grid import Grid
 from simtip.errors import InputError
@@ -35,7 +35,7 @@ class Axis:
     """The kernel along one axis: texel k is ``weights[k] @ lattice[first:]``."""
 
     first: int
-    weights: sparse.csr_array
+    weights: scipy.sparse.csr_array
 
 
 def kernel(centres: Array, step: float, sigma: float, *, area: bool, order: int = 0) -> Axis:
@@ -66,7 +66,7 @@ def kernel(centres: Array, step: float, sigma: float, *, area: bool, order: int 
     columns = (taps - first).ravel()
     shape = (len(centres), int(taps[-1, -1]) - first + 1)
     values = weights.astype(np.float32).ravel()
-    return Axis(first, sparse.csr_array((values, columns, start), shape))
+    return Axis(first, scipy.sparse.csr_array((values, columns, start), shape))
 
 
 def field(

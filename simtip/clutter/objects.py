@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from simtip.clutter.prints import TILE_MM, between, lognormal, tiles
 from simtip.clutter.setting import LampPlace, Setting
@@ -337,7 +337,7 @@ class _Placing:
         path = start + knots[:, None] * (end - start) + wander[:, None] * across
         length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
         fine = np.linspace(0, 1, max(int(1.2 * length / SPACING_MM), 8))
-        return np.asarray(CubicSpline(knots, path)(fine))
+        return np.asarray(scipy.interpolate.CubicSpline(knots, path)(fine))
 
 
 def _bend_radius(spine: Array) -> float:

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from typing import TypeAlias
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import NDArray
 
 from simtip.detect.protocol import Image

@@ -16,8 +16,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from simtip.render.chunks import aligned
 from simtip.render.engine import dr, mi
@@ -45,7 +45,7 @@ HASH_ROUNDS = 10
 @cache
 def _table() -> NDArray[np.uint32]:
     """Give (COLUMNS, TABLE_POINTS) scrambled Sobol points as 32-bit fractions."""
-    points = qmc.Sobol(COLUMNS, scramble=True, rng=TABLE_SEED).random(TABLE_POINTS)
+    points = scipy.stats.qmc.Sobol(COLUMNS, scramble=True, rng=TABLE_SEED).random(TABLE_POINTS)
     bits: NDArray[np.uint32] = (points.T * 2.0**32).astype(np.uint32)
     return bits
 

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-import scipy.special
+import scipy
 from numpy.typing import NDArray
 
 from simtip.geometry import Array

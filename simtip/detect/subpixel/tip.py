@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.special
+import scipy
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.comparison import (
