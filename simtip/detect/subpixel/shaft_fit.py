@@ -59,7 +59,7 @@ def fit(
     likely
         Says of a shaft whether it can be; if none can, the width is held where the starts have it.
     """
-    rows = rows[len(rows) % block_rows(rows) :]
+    rows = _whole_blocks(rows)
     noise = noise_of(image, rows, starts[0])
     free = [replace(start, noise=noise) for start in starts]
     best = _best_of(image, rows, free, likely)
@@ -70,6 +70,27 @@ def fit(
     held = [replace(start, width_held=True) for start in free]
     best = _best_of(image, rows, held, lambda _: True) or held[0]
     return _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
+
+
+def glance(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft) -> Shaft:
+    """Take the first steps from one start, on merged pixels."""
+    rows = _whole_blocks(rows)
+    known = replace(start, noise=noise_of(image, rows, start))
+    return _settled(merge(sort_pixels(image, rows, known)), known, FIRST_STEPS)
+
+
+def is_sharp(shaft: Shaft) -> bool:
+    """Say whether it is hardly blurred."""
+    return bool(shaft.variance.max() < SHARP_PX2)
+
+
+def fits(shaft: Shaft) -> bool:
+    """Say whether it describes its pixels so well that no other blur needs to be tried."""
+    return bool(shaft.misfit < (FIRST_MISFIT if is_sharp(shaft) else BLURRED_MISFIT))
+
+
+def _whole_blocks(rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    return rows[len(rows) % block_rows(rows) :]
 
 
 def _best_of(
@@ -85,19 +106,14 @@ def _best_of(
     bins = sort_pixels(image, rows, starts[0])
     merged = merge(bins)
     first = _settled(merged, starts[0], FIRST_STEPS)
-    if first.variance.max() < SHARP_PX2 and not _fits(first):
+    if is_sharp(first) and not fits(first):
         first = _settled(bins, starts[0], FIRST_STEPS)
-    if _fits(first) and likely(first):
+    if fits(first) and likely(first):
         return first
     raced = [first, *(_settled(merged, start, RACE_STEPS) for start in starts[1:])]
     ahead = sorted((one for one in raced if likely(one)), key=lambda one: one.cost)[:RACE_WINNERS]
     tried = [_settled(bins, one, FIRST_STEPS) for one in ahead]
     return min((one for one in tried if likely(one)), key=lambda one: one.cost, default=None)
-
-
-def _fits(shaft: Shaft) -> bool:
-    sharp = shaft.variance.max() < SHARP_PX2
-    return bool(shaft.misfit < (FIRST_MISFIT if sharp else BLURRED_MISFIT))
 
 
 def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:

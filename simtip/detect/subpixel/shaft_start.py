@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.shaft import Shaft
-from simtip.detect.subpixel.shaft_fit import fit
+from simtip.detect.subpixel.shaft_fit import fit, fits, glance, is_sharp
 from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 
 START_BLURS = (
@@ -22,6 +22,8 @@ START_BLURS = (
 UNEVEN_MISFIT, EVENER = 8.0, 0.4
 """A shaft that fits worse is tried anew with half its rows; they are taken if at most such a part
 of the misfit is left: of what fits badly everywhere, more rows tell more."""
+
+SHORTEST_HALVED = 8 * BLOCK_ROWS
 
 EDGE_SHORT_PX = 0.2
 """By which a half width by the edges' middles usually falls short: rims are brighter than what
@@ -36,18 +38,39 @@ looked anew around a shaft that was moved by more than a pixel."""
 
 def even_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
     """Fit the shaft; where a highlight comes and goes along it, only the part next to the tip."""
-    shaft = _fitted_shaft(image, rows, begun)
-    while shaft.misfit > UNEVEN_MISFIT and len(rows) >= 8 * BLOCK_ROWS:
+    rows, seen = _even_at_a_glance(image, rows, begun)
+    shaft = _fitted(image, rows, begun, seen)
+    while shaft.misfit > UNEVEN_MISFIT and len(rows) >= SHORTEST_HALVED:
         rows = rows[len(rows) // 2 :]
-        shorter = _fitted_shaft(image, rows, begun)
+        shorter = _fitted(image, rows, begun)
         if shorter.misfit > EVENER * shaft.misfit:
             break
         shaft = shorter
     return shaft
 
 
-def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
-    """Fit the shaft from several blurs; short ones as straight lines of even width."""
+def _even_at_a_glance(
+    image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft
+) -> tuple[NDArray[np.intp], Shaft | None]:
+    """Give the rows without those that are plainly uneven, and what a first look makes of them.
+
+    What is sharp and fits badly is no matter of the blur: others need not be tried to see that.
+    """
+    try:
+        seen = glance(image, rows, _start(image, rows, begun))
+        while is_sharp(seen) and not fits(seen) and len(rows) >= SHORTEST_HALVED:
+            shorter = rows[len(rows) // 2 :]
+            part = glance(image, shorter, _start(image, shorter, begun))
+            if not is_sharp(part) or part.misfit > min(UNEVEN_MISFIT, EVENER * seen.misfit):
+                break
+            rows, seen = shorter, part
+    except np.linalg.LinAlgError:
+        return rows, None
+    return rows, seen
+
+
+def _start(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
+    """Give the sharpest start, between the mean edges; short shafts are straight, of even width."""
     origin, scale = float(rows[-1]), float(len(rows))
     short = len(rows) < 4 * BLOCK_ROWS
     slope = float(begun.slope(np.array(origin)))
@@ -65,11 +88,16 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         before, moved = moved, _between_edges(image, rows, moved)
         if abs(moved.axis[0] - before.axis[0]) + abs(moved.width[0] - before.width[0]) < 1:
             break
-    half = float(moved.width[0])
-    starts = [
-        replace(moved, variance=np.full(2, variance), disc_share=share)
-        for variance, share in START_BLURS
-    ]
+    return _blurred(moved, *START_BLURS[0])
+
+
+def _fitted(
+    image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft, seen: Shaft | None = None
+) -> Shaft:
+    """Fit the shaft from several blurs; from the sharpest as far as it was seen already."""
+    start = _start(image, rows, begun)
+    half = float(start.width[0])
+    starts = [seen or start, *(_blurred(start, *blur) for blur in START_BLURS[1:])]
 
     def likely(one: Shaft) -> bool:
         # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
@@ -81,6 +109,10 @@ def _fitted_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Sha
         raise NoNeedleError(
             TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
         ) from error
+
+
+def _blurred(shaft: Shaft, variance: float, share: float) -> Shaft:
+    return replace(shaft, variance=np.full(2, variance), disc_share=share)
 
 
 def _between_edges(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
