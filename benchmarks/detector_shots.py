@@ -43,13 +43,17 @@ class Shots:
         return choose()
 
     def images(self, pose: int, exposure: int) -> Images:
-        """Give a pair; its noise depends on the condition's name and these numbers alone."""
+        """Give a pair; its noise depends on the condition's name and these numbers alone.
+
+        Each is taken by cameras with a fixed pattern of their own: in one picture it is noise.
+        """
         if pose not in self._views:
             self._views[pose] = rendered(self.scenes[pose], self.backend, self._cache)
         scene, name = self.scenes[pose], self.condition.name
         seed = seed32(zlib.crc32(name.encode()), "exposure", pose, exposure)
+        sensor = scene.sensor.model_copy(update={"fixed_pattern_seed": seed})
         shot = expose_pair(
-            scene, self._views[pose], seed=seed, backend=self.backend, light_seed=scene.seed
+            scene.model_copy(update={"sensor": sensor}), self._views[pose], seed=seed, backend=self.backend, light_seed=scene.seed
         )
         left, right = shot.images
         stored = self.condition.stored
