@@ -53,7 +53,11 @@ class Shots:
         seed = seed32(zlib.crc32(name.encode()), "exposure", pose, exposure)
         sensor = scene.sensor.model_copy(update={"fixed_pattern_seed": seed})
         shot = expose_pair(
-            scene.model_copy(update={"sensor": sensor}), self._views[pose], seed=seed, backend=self.backend, light_seed=scene.seed
+            scene.model_copy(update={"sensor": sensor}),
+            self._views[pose],
+            seed=seed,
+            backend=self.backend,
+            light_seed=scene.seed,
         )
         left, right = shot.images
         stored = self.condition.stored
