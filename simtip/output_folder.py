@@ -233,8 +233,34 @@ def check_new_file(path: Path, endings: tuple[str, ...]) -> None:
         ) from error
     if there:
         raise InputError("exists", file=path, remedy="name another file or remove this one")
-    if not path.parent.is_dir():
-        raise InputError("its folder does not exist", file=path, remedy="make the folder first")
+    check_writable(path)
+
+
+def check_writable(path: Path) -> None:
+    """Refuse early, before long work, a file that `write_atomically` could not write.
+
+    Raises
+    ------
+    InputError
+        It is a folder, no regular file, or its folder is not there or cannot be written.
+    """
+    probe = path.parent / f"{PREFIX}{secrets.token_hex(8)}"
+    try:
+        if path.is_dir():
+            raise InputError("is a folder", file=path, remedy="name a file")
+        if not path.parent.is_dir():
+            raise InputError("its folder does not exist", file=path, remedy="make the folder first")
+        _check_file(path)
+        # Trying is the only sure test: permission bits say little about the file system.
+        probe.open("xb").close()
+        probe.unlink()
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"cannot be written ({reason})", file=path, remedy="name another file"
+        ) from error
 
 
 def _check_file(target: Path) -> None:
