@@ -246,11 +246,7 @@ def check_writable(path: Path) -> None:
     """
     probe = path.parent / f"{PREFIX}{secrets.token_hex(8)}"
     try:
-        if path.is_dir():
-            raise InputError("is a folder", file=path, remedy="name a file")
-        if not path.parent.is_dir():
-            raise InputError("its folder does not exist", file=path, remedy="make the folder first")
-        _check_file(path)
+        _check_place(path)
         # Trying is the only sure test: permission bits say little about the file system.
         probe.open("xb").close()
         probe.unlink()
@@ -261,6 +257,14 @@ def check_writable(path: Path) -> None:
         raise InputError(
             f"cannot be written ({reason})", file=path, remedy="name another file"
         ) from error
+
+
+def _check_place(target: Path) -> None:
+    if target.is_dir():
+        raise InputError("is a folder", file=target, remedy="name a file")
+    if not target.parent.is_dir():
+        raise InputError("its folder does not exist", file=target, remedy="make the folder first")
+    _check_file(target)
 
 
 def _check_file(target: Path) -> None:

@@ -30,7 +30,5 @@ def notes_of(baseline: Baseline, suite: Suite) -> list[str]:
         if (new := getattr(suite.spec.tolerance, name))
         != (old := getattr(baseline.tolerance, name))
     ]
-    return notes or [
-        "the suite's file is another than when the baseline was recorded, its tolerances the same; "
-        "`simtip regress update` takes it over"
-    ]
+    other = "the suite's file is another than when the baseline was recorded"
+    return notes or [f"{other}, its tolerances the same; `simtip regress update` takes it over"]

@@ -36,7 +36,7 @@ def idle(monkeypatch):
 
 
 @pytest.fixture(params=["readonly", "fifo"])
-def bad(request, tmp_path, monkeypatch):
+def bad(request, tmp_path):
     """A file in a folder that takes none, or one that is no file."""
     if request.param == "fifo":
         place = tmp_path / "pipe.yaml"

@@ -6,7 +6,6 @@ import re
 from xml.etree import ElementTree as ET
 
 import pytest
-
 from junit_structure import strange
 
 from simtip.regress.junit import junit_of
