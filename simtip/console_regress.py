@@ -30,6 +30,8 @@ def show_check(result: dict[str, Any]) -> None:
     )
     for line in result["changes"]:
         _line(console, f"{line['state']}: {line['text']}")
+    for note in result["notes"]:
+        _line(console, f"note: {note}")
     changed = [one for one in result["conditions"] if one["tests"] and one["state"] != SAME]
     if changed:
         console.print(_table(changed))

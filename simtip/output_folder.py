@@ -233,8 +233,38 @@ def check_new_file(path: Path, endings: tuple[str, ...]) -> None:
         ) from error
     if there:
         raise InputError("exists", file=path, remedy="name another file or remove this one")
-    if not path.parent.is_dir():
-        raise InputError("its folder does not exist", file=path, remedy="make the folder first")
+    check_writable(path)
+
+
+def check_writable(path: Path) -> None:
+    """Refuse early, before long work, a file that `write_atomically` could not write.
+
+    Raises
+    ------
+    InputError
+        It is a folder, no regular file, or its folder is not there or cannot be written.
+    """
+    probe = path.parent / f"{PREFIX}{secrets.token_hex(8)}"
+    try:
+        _check_place(path)
+        # Trying is the only sure test: permission bits say little about the file system.
+        probe.open("xb").close()
+        probe.unlink()
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"cannot be written ({reason})", file=path, remedy="name another file"
+        ) from error
+
+
+def _check_place(target: Path) -> None:
+    if target.is_dir():
+        raise InputError("is a folder", file=target, remedy="name a file")
+    if not target.parent.is_dir():
+        raise InputError("its folder does not exist", file=target, remedy="make the folder first")
+    _check_file(target)
 
 
 def _check_file(target: Path) -> None:

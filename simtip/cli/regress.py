@@ -125,32 +125,39 @@ def check_baseline(
 ) -> None:
     """Hold a detector to a baseline: exit code 0 same or better, 1 worse, 2 could not tell."""
     from simtip.console_regress import show_check
-    from simtip.output_folder import write_atomically
+    from simtip.output_folder import check_writable, write_atomically
     from simtip.regress.junit import junit_of
     from simtip.regress.markdown import markdown_of
     from simtip.regress.result import result_of, write_result
 
     added = (os.environ.get(SUMMARY) or None) if summary is None else None
-    for place in (junit, summary, None if added is None else Path(added)):
-        _check_writable(place)
+    for place in (junit, summary):
+        if place is not None:
+            check_writable(place)
+    if added is not None:
+        _check_appendable(Path(added))
     baseline, suite = _read(file)
     outcome = _checked(
         *(baseline, suite, out, detector, settings, seed, None),
         *(workers, cache, cache_size, backend),
     )
     result = result_of(outcome, file)
-    if out is not None:
-        write_result(out, result)
-    if junit is not None:
-        write_atomically(junit, junit_of(result))
-    if summary is not None:
-        write_atomically(summary, markdown_of(result).encode())
-    elif added:
-        _add(Path(added), markdown_of(result))
-    if as_json:
-        print_json(result)
-    else:
-        show_check(result)
+    try:
+        if out is not None:
+            write_result(out, result)
+        if junit is not None:
+            write_atomically(junit, junit_of(result))
+        if summary is not None:
+            write_atomically(summary, markdown_of(result).encode())
+        elif added:
+            _add(Path(added), markdown_of(result))
+    finally:
+        # A disk that is full by now does not lose what was found.
+        if as_json:
+            print_json(result)
+        else:
+            show_check(result)
+    if not as_json:
         say_where(out, "regress.json")
     raise typer.Exit(outcome.exit_code)
 
@@ -176,6 +183,7 @@ def update_baseline(
 ) -> None:
     """Accept changes: work cases out anew, and replace their results in the baseline."""
     from simtip.console_regress import show_baseline
+    from simtip.output_folder import check_writable
     from simtip.regress.baseline_file import write_baseline
     from simtip.regress.record import updated
 
@@ -187,6 +195,7 @@ def update_baseline(
             field="--case" if not cases else "--all",
             remedy="name cases by --case NAME, or give --all",
         )
+    check_writable(file)
     baseline, suite = _read(file)
     names = None if every else _known(cases or [], suite)
     if names is not None and (detector is not None or settings):
@@ -276,14 +285,14 @@ def _check_name(detector: str | None) -> None:
         raise InputError("is empty", field="--detector", remedy="name a detector")
 
 
-def _check_writable(path: Path | None) -> None:
-    """Refuse early what could not be written at the end."""
-    if path is None:
-        return
-    if path.is_dir():
-        raise InputError("is a folder", file=path, remedy="name a file")
-    if not path.parent.is_dir():
-        raise InputError("its folder does not exist", file=path, remedy="make the folder first")
+def _check_appendable(path: Path) -> None:
+    """Refuse early a summary of a job that could not be added to."""
+    from simtip.output_folder import check_writable
+
+    if not path.exists():
+        check_writable(path)
+    elif path.is_dir() or not os.access(path, os.W_OK):
+        raise InputError("cannot be written", file=path, remedy=f"unset {SUMMARY}")
 
 
 def _add(path: Path, text: str) -> None:

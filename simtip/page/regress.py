@@ -70,13 +70,15 @@ def _facts(told: dict[str, Any]) -> list[Fact]:
 
 
 def _changes(told: dict[str, Any]) -> list[Part]:
+    # Checks by earlier versions have no notes.
+    noted: list[Part] = [Words([str(note)], note=True) for note in told.get("notes", [])]
     if not told["changes"]:
-        return [Words(["Nothing changed."])]
+        return [Words(["Nothing changed."]), *noted]
     rows = [
         [str(line["state"]), str(line["text"])]
         for line in sorted(told["changes"], key=lambda line: ORDER.index(line["state"]))
     ]
-    return [Grid("Changes, the worst first", ["state", "what"], rows)]
+    return [Grid("Changes, the worst first", ["state", "what"], rows), *noted]
 
 
 def _conditions(conditions: list[dict[str, Any]]) -> list[Part]:

@@ -55,13 +55,15 @@ def simtip_suite(request: pytest.FixtureRequest) -> PairsOfCase:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_runtest_makereport(
-    item: pytest.Item,
+    item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Attach pictures of the pairs of a test that has failed."""
+    """Attach pictures of the pairs of a test that has failed; at its end let go of its images."""
     report = yield
     used = item.stash.get(USED, None)
     if used is not None and report.failed:
         from simtip.pytest_plugin.pictures import attach
 
         attach(item, report, used)
+    if used is not None and call.when == "teardown":
+        del item.stash[USED]
     return report

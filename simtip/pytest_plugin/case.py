@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
 
 from simtip.errors import InputError
-from simtip.pytest_plugin.limits import Limits
+from simtip.pytest_plugin.limits import Limits, is_number
 from simtip.pytest_plugin.one_line import in_one_line
 from simtip.pytest_plugin.pair import MeasuredPair, Pair
 from simtip.pytest_plugin.selection import Selected
@@ -137,13 +138,20 @@ class _Failed:
 
 
 def _require_share(share: float) -> None:
-    if not 0 < share <= 1:
-        raise InputError(f"is {share!r}", field="share", remedy="give a number above 0, up to 1")
+    if not (is_number(share) and 0 < share <= 1):
+        said = reprlib.repr(share)
+        raise InputError(f"is {said}", field="share", remedy="give a number above 0, up to 1")
 
 
 def case_for(request: pytest.FixtureRequest) -> PairsOfCase:
     """Give the pairs of the case that a test runs for."""
     with in_one_line():
+        if not hasattr(request, "param"):
+            raise InputError(
+                "is there only for tests that pytest can run once a case",
+                field="simtip_suite",
+                remedy="name it among the arguments of a function, not of a unittest.TestCase",
+            )
         return PairsOfCase(request.param, workshop_of(request.config), used_by(request))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -65,7 +66,7 @@ class PairFactory:
         """
         __tracebackhide__ = True
         with in_one_line():
-            pair = self._made(scene, seed, {**(changes or {}), **fields})
+            pair = self._made(scene, seed, {**_by_path(changes), **fields})
         self._used.note(pair)
         return pair
 
@@ -114,6 +115,19 @@ class PairFactory:
                 field=name,
                 remedy="give numbers, texts, lists and mappings",
             ) from None
+
+
+def _by_path(changes: object) -> dict[str, Any]:
+    """Give changes as a test has said them."""
+    if changes is None:
+        return {}
+    if not isinstance(changes, Mapping) or not all(isinstance(path, str) for path in changes):
+        raise InputError(
+            f"is {reprlib.repr(changes)}",
+            field="changes",
+            remedy="give fields with their values, as {'sensor.exposure_s': 0.02}",
+        )
+    return dict(changes)
 
 
 def factory_for(request: pytest.FixtureRequest) -> PairFactory:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from numbers import Real
@@ -53,9 +54,9 @@ class Limits:
                 "the assertion has no limit", remedy="give px=, along_px=, across_px= or mm="
             )
         for name, limit in given.items():
-            number = isinstance(limit, Real) and not isinstance(limit, bool)
-            if not (number and math.isfinite(limit) and limit >= 0):
-                raise InputError(f"is {limit!r}", field=name, remedy="give a number from 0 on")
+            if not (is_number(limit) and limit >= 0):
+                said = reprlib.repr(limit)
+                raise InputError(f"is {said}", field=name, remedy="give a number from 0 on")
 
     def _given(self) -> dict[str, Any]:
         values = {one.name: getattr(self, one.name) for one in fields(self)}
@@ -124,6 +125,16 @@ class Limits:
                 f"in space: {point.norm_mm:.3f} mm off, x {point.x_mm:+.3f}, y {point.y_mm:+.3f}, "
                 f"z {point.z_mm:+.3f}"
             )
+
+
+def is_number(value: Any) -> bool:
+    """Say whether a test gave a number that an error can be compared with."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def _direction(along_px: float | None) -> str:

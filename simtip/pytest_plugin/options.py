@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--simtip-suite",
         metavar="SUITE",
+        type=not_empty,
         help="Suite of tests that ask for simtip_suite and name none (default: standard).",
     )
     group.addoption(
@@ -32,18 +34,28 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--simtip-cache",
         metavar="DIR",
+        type=not_empty,
         help="Folder of renders and images (default: SIMTIP_CACHE, or the user's own cache).",
     )
     group.addoption(
         "--simtip-backend",
         metavar="NAME",
+        type=not_empty,
         help="auto, cuda, llvm or scalar (default: SIMTIP_BACKEND, or auto).",
     )
     group.addoption(
         "--simtip-artifacts",
         metavar="DIR",
+        type=not_empty,
         help=f"Folder of pictures of failed tests (default: {USUAL_ARTIFACTS} in the root folder).",
     )
+
+
+def not_empty(said: str) -> str:
+    """Refuse nothing, such as of a variable that is not set: it would be the working folder."""
+    if not said.strip():
+        raise argparse.ArgumentTypeError("is empty; name something, or leave it out")
+    return said
 
 
 def chosen(config: pytest.Config, name: str) -> str | None:

@@ -115,7 +115,7 @@ class Pair:
                     rig=self.rig,
                     refiner=self.setting.refiner,
                 )
-        except Exception as raised:
+        except BaseException as raised:
             # Where none of it is the test's, it is a fault of simtip's own.
             raised.__traceback__ = beyond_simtip(raised.__traceback__) or raised.__traceback__
             raise
@@ -146,7 +146,7 @@ class Pair:
         return done
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MeasuredPair:
     """What was measured on a pair, and how wrong that is.
 
@@ -163,8 +163,13 @@ class MeasuredPair:
     """
 
     pair: Pair
-    measurement: Measurement = field(repr=False)
+    measurement: Measurement
     error: TipError
+
+    def __repr__(self) -> str:
+        """Say in a failed assertion what was wrong."""
+        why = f" ({self.reason})" if self.reason else ""
+        return f"<{self.pair.name}: {self.status}{why}>"
 
     @property
     def ok(self) -> bool:

@@ -55,8 +55,6 @@ def attach(item: pytest.Item, report: pytest.TestReport, used: Used) -> None:
 def remove_old(item: pytest.Item) -> None:
     """Remove what an earlier run of a test has left: it may pass now."""
     folder = _folder_of(item)
-    if not folder.is_dir():
-        return
     with suppress(OSError):
         for path in folder.iterdir():
             if DRAWN.fullmatch(path.name):
@@ -84,10 +82,20 @@ def _ignored_by_git(folder: Path) -> None:
 
 
 def _folder_of(item: pytest.Item) -> Path:
-    """Give the folder of a test's pictures: the test's file, then its name with its parameters."""
-    file, *names = item.nodeid.split("::")
-    parts = [part for part in re.split(r"[/\\]", file) if part not in ("", ".", "..")]
-    return artifacts_folder(item.config).joinpath(*map(_plain, parts), _own("-".join(names)))
+    """Give the folder of a test's pictures: the test's file, then its name with its parameters.
+
+    A test's id would not do: of a file outside the root folder it does not tell the file.
+    """
+    file, root = item.path, item.config.rootpath
+    parts = file.relative_to(root).parts if file.is_relative_to(root) else _outside(file)
+    chain = [node.name for node in item.listchain() if isinstance(node, pytest.Class | pytest.Item)]
+    name = "-".join(chain)
+    readable = name.removesuffix("]").replace("[", "-", 1)
+    return artifacts_folder(item.config).joinpath(*map(_own, parts), _own(name, readable))
+
+
+def _outside(file: Path) -> tuple[str, ...]:
+    return str(file.parent), file.name
 
 
 def _plain(name: str) -> str:
@@ -95,13 +103,14 @@ def _plain(name: str) -> str:
     return re.sub(r"[^\w.=+-]+", "_", name)[:LONGEST_NAME].strip("._") or "_"
 
 
-def _own(name: str) -> str:
+def _own(name: str, readable: str | None = None) -> str:
     """Give a plain name, of which no two are the same."""
-    known = name.removesuffix("]").replace("[", "-", 1)
+    known = name if readable is None else readable
     plain = _plain(known)
     if plain == known:
         return plain
-    return f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+    told = name.encode(errors="backslashreplace")
+    return f"{plain}-{hashlib.sha256(told).hexdigest()[:6]}"
 
 
 def _as_named(path: Path, config: pytest.Config) -> str:

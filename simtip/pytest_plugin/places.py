@@ -40,7 +40,7 @@ class Places:
         """
         tried = list(dict.fromkeys((self.beside / name, self.root / name)))
         for path in tried:
-            if path.is_file():
+            if _is_file(path):
                 return path
         if Path(name).is_absolute():
             where = ""
@@ -53,3 +53,10 @@ class Places:
             field=field,
             remedy="name a file in one of the two" if len(tried) > 1 else "name another file",
         )
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long, or a folder that may not be looked into
+        return False

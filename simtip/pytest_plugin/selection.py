@@ -88,7 +88,7 @@ def _suite(metafunc: pytest.Metafunc, marked: object) -> Suite:
         name, field = str(marked), f"@pytest.mark.{NAME}"
         places = Places.of(metafunc.definition, config)
     else:
-        name, field = option or STANDARD, "--simtip-suite"
+        name, field = STANDARD if option is None else option, "--simtip-suite"
         places = Places(config.invocation_params.dir, config.rootpath)
     path = standard_suite() if name == STANDARD else places.find(name, "suite", field)
     read = config.stash.setdefault(SUITES, {})

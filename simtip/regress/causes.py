@@ -7,6 +7,26 @@ from simtip.regress.performed import Observed, Planned, levels_digest, scene_dig
 
 MOST_VERSIONS = 3
 
+NEW = "the baseline does not have it"
+NO_CASE = "the suite no longer has this case"
+NO_CONDITION = "the suite no longer has this condition"
+_SCENE = "the scene was edited"
+_LEVELS = "the levels of its factors were edited"
+_NO_IMAGES = "there are no images"
+
+_UPDATE = "`simtip regress update` accepts them"
+
+
+def remedy_of(cause: str) -> str:
+    """Say what may be done about conditions that cannot be compared for a cause."""
+    if cause.startswith(_NO_IMAGES):
+        return "see why they cannot be made"
+    if cause == NO_CASE:
+        return "`simtip regress update --all` accepts that"
+    if cause in {NEW, NO_CONDITION, _SCENE, _LEVELS}:  # other noise does not make it the same scene
+        return _UPDATE
+    return f"`--seed N` compares statistically, with fresh noise; {_UPDATE}"
+
 
 def cause_of(
     baseline: Baseline,
@@ -32,7 +52,7 @@ def cause_of(
         Whether other noise than the baseline's was asked for.
     """
     if now.images is None:
-        return f"there are no images: {next(iter(now.failed), 'nothing was rendered')}"
+        return f"{_NO_IMAGES}: {next(iter(now.failed), 'nothing was rendered')}"
     edited = _edited(recorded, case)
     if fresh or now.images == before.images:
         return edited if fresh else None
@@ -59,9 +79,9 @@ def _repeats(before: ConditionResult, now: Observed) -> str | None:
 
 def _edited(recorded: CaseResult, case: Planned) -> str | None:
     if recorded.scene != scene_digest(case.plan):
-        return "the scene was edited"
+        return _SCENE
     if recorded.levels != levels_digest(case.plan):
-        return "the levels of its factors were edited"
+        return _LEVELS
     return None
 
 

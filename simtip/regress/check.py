@@ -7,16 +7,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from simtip.regress.baseline import Baseline, CaseResult, ConditionResult, TimedCondition, Versions
-from simtip.regress.causes import cause_of
+from simtip.regress.causes import NEW, NO_CASE, NO_CONDITION, cause_of, remedy_of
 from simtip.regress.change import DETECTION, SAME, UNTOLD, WORSE
 from simtip.regress.chosen import Chosen
 from simtip.regress.compared import LEVEL, ORDER, Compared, compare, worst
-from simtip.regress.conditions import PLAIN
+from simtip.regress.conditions import full_name
 from simtip.regress.line import Line
 from simtip.regress.performed import Observed, Planned, Said, perform, planned
 from simtip.regress.quantities import Pair
 from simtip.regress.recorded import case_result, timed, versions_now
 from simtip.regress.suite import Suite
+from simtip.regress.suite_change import notes_of
 from simtip.regress.time_change import TimeChange, time_change
 from simtip.regress.timing import Asked, Ratio, time_in_worker
 from simtip.regress.words import said_of
@@ -28,8 +29,6 @@ SAME_OR_BETTER = "same or better"
 EXIT_CODES = {"worse": 1, "could not tell": 2, SAME_OR_BETTER: 0}
 
 IMAGES = "images"
-
-FRESH = "`--seed N` compares statistically, with fresh noise; `simtip regress update` accepts them"
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +85,8 @@ class Outcome:
         By case and condition.
     lines
         What changed, in words.
+    notes
+        What else is to be known: how the suite's file differs from the recorded one.
     """
 
     suite: str
@@ -100,6 +101,7 @@ class Outcome:
     time: TimeChange | None
     times_now: Mapping[tuple[str, str], TimedCondition] = field(default_factory=dict)
     lines: Sequence[Line] = ()
+    notes: Sequence[str] = ()
 
     @property
     def verdict(self) -> str:
@@ -130,11 +132,6 @@ class Outcome:
                         f"{change.axis} {_brief(change.before)} -> {_brief(change.after)}"
                     )
         return told
-
-
-def full_name(case: str, condition: str) -> str:
-    """Name a condition in the suite."""
-    return case if condition == PLAIN else f"{case}: {condition}"
 
 
 def check(
@@ -187,9 +184,10 @@ def check(
         times, now = _timed(baseline, cases, observed, pool)
     finally:
         pool.close()
-    return judged(
+    outcome = judged(
         *(suite.name, seed, detector, versions, baseline, cases, observed, seen, times, now)
     )
+    return replace(outcome, notes=notes_of(baseline, suite))
 
 
 def judged(
@@ -256,8 +254,7 @@ def _seen(
         old = recorded.pop(case.name, None)
         found += _seen_case(baseline, old, case, conditions, versions, seed=seed)
     for name, old in recorded.items() if all_cases else ():
-        gone = "the suite no longer has this case"
-        found += [Seen(name, one.condition, one, None, None, gone) for one in old.conditions]
+        found += [Seen(name, one.condition, one, None, None, NO_CASE) for one in old.conditions]
     return found
 
 
@@ -276,13 +273,13 @@ def _seen_case(
     for one, kept in zip(conditions, now.conditions, strict=True):
         was = before.pop(one.condition.name, None)
         if old is None or was is None:
-            cause: str | None = "the baseline does not have it"
+            cause: str | None = NEW
         else:
             fresh = seed is not None and seed != old.noise_seed
             cause = cause_of(baseline, old, was, case, one, versions, fresh=fresh)
         found.append(Seen(case.name, one.condition.name, was, one, kept, cause))
-    gone = "the suite no longer has this condition"
-    return [*found, *(Seen(case.name, name, was, None, None, gone) for name, was in before.items())]
+    gone = [Seen(case.name, name, was, None, None, NO_CONDITION) for name, was in before.items()]
+    return [*found, *gone]
 
 
 def _timed(
@@ -328,7 +325,7 @@ def _untold(seen: Sequence[Seen]) -> list[Line]:
             UNTOLD,
             IMAGES,
             tuple(names),
-            f"{_listed(names, len(seen))} cannot be compared: {cause}; {FRESH}",
+            f"{_listed(names, len(seen))} cannot be compared: {cause}; {remedy_of(cause)}",
         )
         for cause, names in causes.items()
     ]

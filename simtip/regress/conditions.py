@@ -39,6 +39,11 @@ class Condition:
     trials: tuple[int, ...]
 
 
+def full_name(case: str, condition: str) -> str:
+    """Name a condition in the suite."""
+    return case if condition == PLAIN else f"{case}: {condition}"
+
+
 def conditions_of(plan: Plan) -> tuple[Condition, ...]:
     """Group a plan's trials, in its order."""
     groups: dict[tuple[int, ...], list[int]] = {}

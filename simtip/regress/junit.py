@@ -40,6 +40,8 @@ def junit_of(result: dict[str, Any]) -> bytes:
             said = [_clean(text) for text in texts] or [state]
             told = ET.SubElement(case, tag, {"message": said[0], "type": state})
             told.text = "\n".join(said)
+    if result["notes"]:
+        ET.SubElement(suite, "system-out").text = "\n".join(map(_clean, result["notes"]))
     ET.indent(suites)
     written: bytes = ET.tostring(suites, encoding="utf-8", xml_declaration=True)
     return written + b"\n"

@@ -35,6 +35,8 @@ def markdown_of(result: dict[str, Any]) -> str:
     ]
     if not result["changes"]:
         lines.append("Nothing changed.")
+    if result["notes"]:
+        lines += ["", *(f"- note: {_safe(note)}" for note in result["notes"])]
     lines += ["", "| | condition | found before | now | moved, px | spread | what |"]
     lines += ["|---|---|--:|--:|--:|--:|---|"]
     ordered = sorted(result["conditions"], key=lambda one: ORDER.index(one["state"]))

@@ -14,7 +14,7 @@ import numpy as np
 from simtip.errors import InputError
 from simtip.experiment.performed import make_folder
 from simtip.regress.chosen import Chosen
-from simtip.regress.conditions import Condition, conditions_of, sample_of
+from simtip.regress.conditions import Condition, conditions_of, full_name, sample_of
 from simtip.regress.sample import Sample
 from simtip.regress.suite import Case
 from simtip.render import choose
@@ -122,7 +122,25 @@ def planned(
                 raise InputError(error.problem, field=option, remedy=error.remedy) from error
             raise case.sweep.located(error) from error
         found.append(Planned(case, plan, prepare(plan, means), conditions_of(plan)))
+    _require_names(found)
     return found
+
+
+def _require_names(cases: Sequence[Planned]) -> None:
+    """Refuse a case named as a condition of another: results would mix them up."""
+    known: dict[str, str] = {}
+    for case in cases:
+        for one in case.conditions:
+            name = full_name(case.name, one.name)
+            if name in known:
+                raise InputError(
+                    f"a condition of {known[name]!r} and one of {case.name!r} have the same name, "
+                    f"{name!r}",
+                    file=case.case.sweep.document.file,
+                    field="cases",
+                    remedy="give one of the two cases another name",
+                )
+            known[name] = case.name
 
 
 def perform(

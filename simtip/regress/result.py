@@ -43,6 +43,7 @@ def result_of(outcome: Outcome, baseline: Path) -> dict[str, Any]:
         "comparison": _comparison(outcome),
         "seed": outcome.seed,
         "changes": [line.to_dict() for line in outcome.lines],
+        "notes": list(outcome.notes),
         "counts": _counts(outcome),
         "conditions": [_condition(outcome, one) for one in outcome.seen],
         "pooled": {

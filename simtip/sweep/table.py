@@ -177,11 +177,9 @@ class Table:
         if not rows:
             return
         table = as_table(rows, head)
-        folder = self.folder / head.rows
-        folder.mkdir(exist_ok=True)  # somebody may have removed all rows, to compute them anew
-        parts = parts_in(folder)
+        parts = self._parts(head)
         last = number_of(parts[-1]) if parts else 0
-        write_part(folder / part_name(last + 1), head.schema(), [table])
+        write_part(self.folder / head.rows / part_name(last + 1), head.schema(), [table])
 
     def compact(self) -> None:
         """Merge small parts into larger ones if there are many; a kill at any moment is harmless.
@@ -194,7 +192,7 @@ class Table:
             A part is damaged.
         """
         head = self._begin()
-        merge_small(parts_in(self.folder / head.rows), head.schema())
+        merge_small(self._parts(head), head.schema())
 
     def rewrite(
         self,
@@ -264,8 +262,7 @@ class Table:
             A part is damaged or not of this table.
         """
         schema = self._head.schema()
-        parts = parts_in(self.folder / self._head.rows)
-        for table in latest_rows(parts, schema):
+        for table in latest_rows(self._parts(self._head), schema):
             yield table.to_pylist()
 
     def by_trial(self) -> dict[int, dict[str, Any]]:
@@ -278,6 +275,19 @@ class Table:
         """
         rows: Iterator[dict[str, Any]] = (row for batch in self.batches() for row in batch)
         return {int(row["trial"]): row for row in rows}
+
+    def _parts(self, head: Head) -> list[Path]:
+        """List the parts, for the process that writes."""
+        folder = self.folder / head.rows
+        try:
+            folder.mkdir(exist_ok=True)  # somebody may have removed all rows, to compute them anew
+        except FileExistsError as error:
+            raise InputError(
+                "is a file where the folder of the rows was",
+                file=folder,
+                remedy="remove it: what is missing will be computed anew",
+            ) from error
+        return parts_in(folder)
 
     def _begin(self) -> Head:
         """Read what the table is, before writing; the first time, remove what a kill left."""

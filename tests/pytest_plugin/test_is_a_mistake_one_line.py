@@ -40,6 +40,13 @@ def complaint(done: pytest.RunResult) -> str:
             "needle.roll_deg: is of the type set",
         ),
         (
+            "simtip_pair('tiny.yaml', changes={1: 2})",
+            "changes: is {1: 2}; give fields with their values, as {'sensor.exposure_s': 0.02}",
+        ),
+        ("simtip_pair('tiny.yaml', changes='abc')", "changes: is 'abc'; give fields"),
+        ("simtip_pair('x' * 300)", "there is no scene 'xxx"),
+        ("simtip_pair('tiny.yaml', changes={'rig.measured': 'x' * 300})", "there is no rig 'xxx"),
+        (
             "simtip_pair('tiny.yaml', changes={'lamps[-1].power': 1})",
             "lamps[-1].power: counts from the end",
         ),
@@ -70,6 +77,10 @@ def complaint(done: pytest.RunResult) -> str:
         (
             "simtip_pair('tiny.yaml').assert_tip_within(lowest_dark, px=-2)",
             "px: is -2; give a number from 0 on",
+        ),
+        (
+            "simtip_pair('tiny.yaml').assert_tip_within(lowest_dark, px=10**400)",
+            "px: is 10000",
         ),
     ],
 )
@@ -111,6 +122,49 @@ def test_in_a_marker(mine, marked, said):
     assert line.replace(f"{mine.path}/", "").startswith(said), line
 
 
+@pytest.mark.parametrize("share", [0, 2, "'x'", None, "float('nan')", "[1]"])
+def test_in_a_share(mine, share):
+    mine.test(
+        "@pytest.mark.simtip(suite='suite.yaml', cases='nominal')\n"
+        "def test(simtip_suite):\n"
+        f"    simtip_suite.assert_tips_within(lowest_dark, px=9, share={share})"
+    )
+    done = mine.run()
+    done.assert_outcomes(failed=1)
+    assert complaint(done).startswith("share: is ")
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        "def test(request):\n    request.getfixturevalue('simtip_suite')",
+        (
+            "import unittest\n"
+            "class TestCases(unittest.TestCase):\n"
+            "    @pytest.fixture(autouse=True)\n"
+            "    def keep(self, simtip_suite): ...\n"
+            "    def test(self): ..."
+        ),
+    ],
+)
+def test_where_pytest_cannot_run_a_test_once_a_case(mine, asked):
+    mine.test(asked)
+    done = mine.run()
+    assert done.ret == 1
+    line = complaint(done)
+    assert line.startswith("simtip_suite: is there only for tests that pytest can run once a case")
+
+
+@pytest.mark.parametrize("option", ["suite", "cache", "backend", "artifacts"])
+def test_an_option_that_says_nothing(mine, option):
+    """Or an unset variable of a shell would make the working folder a cache."""
+    mine.test("def test(simtip_pair): ...")
+    done = mine.run(f"--simtip-{option}=")
+    assert done.ret == pytest.ExitCode.USAGE_ERROR
+    said = done.stderr.str()
+    assert f"argument --simtip-{option}: is empty; name something, or leave it out" in said
+
+
 @pytest.mark.parametrize(
     ("option", "said"),
     [
@@ -124,6 +178,7 @@ def test_in_a_marker(mine, marked, said):
             "tiny.yaml: cannot be used as a cache (Not a directory); name another folder",
         ),
         ("--simtip-suite=none.yaml", "--simtip-suite: there is no suite 'none.yaml' in "),
+        (f"--simtip-suite={'x' * 300}", "--simtip-suite: there is no suite 'xxx"),
     ],
 )
 def test_on_the_command_line(mine, option, said):

@@ -178,6 +178,24 @@ def test_what_an_exception_came_of_is_shown_too(mine):
     assert "simtip/measure.py" not in said
 
 
+def test_a_function_that_ends_the_program_is_shown_where_it_does(mine):
+    mine.test(
+        "def bad(image):\n    raise SystemExit(3)\n"
+        "def test(simtip_pair):\n    simtip_pair('tiny.yaml').measure(bad)\n"
+    )
+    done = mine.run()
+    done.assert_outcomes(failed=1)
+    said = done.stdout.str()
+    assert "test_mine.py:5: SystemExit" in said
+    assert "simtip/measure.py" not in said
+
+
+def test_a_measurement_that_failed_says_why_wherever_it_is_shown(mine):
+    mine.test("def test(simtip_pair):\n    assert simtip_pair('tiny.yaml').measure('os:system').ok")
+    said = mine.run().stdout.str()
+    assert "<tiny: left_detector_error (left: TypeError: " in said
+
+
 def test_images_cannot_be_changed_by_a_detector(mine):
     mine.test(
         "def vandal(image):\n"
@@ -222,6 +240,38 @@ def test_tests_whose_names_differ_in_signs_have_folders_of_their_own(mine):
     assert all(folder.startswith("test_mine.py/test-") for folder in folders)
 
 
+def test_parameters_that_read_alike_have_folders_of_their_own(mine):
+    mine.test(
+        "@pytest.mark.parametrize('x', ['a::b', 'a-b', 'a[b', 'a]b'])\n"
+        f"def test(simtip_pair, x):\n    {TOO_NEAR}"
+    )
+    mine.run().assert_outcomes(failed=4)
+    assert len(mine.pictures()) == 4
+
+
+def test_files_whose_folders_differ_in_signs_have_folders_of_their_own(mine):
+    body = f"def test(simtip_pair):\n    {TOO_NEAR}"
+    for folder in ("a b", "a_b", "a[b", "x" * 90, "x" * 91):
+        mine.test(body, f"{folder}/test_it.py")
+    mine.run("--import-mode=importlib", "-o", "pythonpath=.").assert_outcomes(failed=5)
+    assert len(mine.pictures()) == 5
+
+
+def test_files_outside_the_root_folder_have_folders_of_their_own(mine):
+    for folder in ("a", "b"):
+        mine.test(f"def test(simtip_pair):\n    {TOO_NEAR}", f"{folder}/test_{folder}.py")
+        mine.write(f"{folder}/tiny.yaml", (mine.path / "tiny.yaml").read_text())
+    (mine.path / "root").mkdir()
+    tests = [mine.path / "a", mine.path / "b"]
+    words = ["--rootdir=root", "-c", "/dev/null", "--import-mode=importlib"]
+    mine.pytester.syspathinsert(mine.path)
+    mine.run(*words, *tests).assert_outcomes(failed=2)
+    found = [one.split("/") for one in mine.pictures("root/.simtip-failures")]
+    assert [parts[1:] for parts in found] == [
+        [f"test_{folder}.py", "test", "01_tiny_seed_1.png"] for folder in "ab"
+    ]
+
+
 def test_what_cannot_be_written_is_said_and_changes_no_result(mine):
     mine.test(f"def test(simtip_pair):\n    {TOO_NEAR}")
     mine.write("out", "a file where the folder should be")
@@ -229,6 +279,13 @@ def test_what_cannot_be_written_is_said_and_changes_no_result(mine):
     done.assert_outcomes(failed=1)
     done.stdout.fnmatch_lines(["no picture: *"])
     assert "INTERNALERROR" not in done.stdout.str()
+
+
+def test_a_folder_of_too_long_a_name_is_said_and_changes_no_result(mine):
+    mine.test(f"def test(simtip_pair):\n    {TOO_NEAR}\ndef test_good(simtip_pair):\n    {NEAR}")
+    done = mine.run(f"--simtip-artifacts={'x' * 300}")
+    done.assert_outcomes(failed=1, passed=1)
+    done.stdout.fnmatch_lines(["no picture: *File name too long*"])
 
 
 def test_a_failure_that_is_expected_needs_no_picture(mine):

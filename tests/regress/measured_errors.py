@@ -42,7 +42,7 @@ def pool_of(detector: str) -> dict[str, Sample]:
 
 def gather(detector: str, folder: Path) -> dict[str, np.ndarray]:
     """Read the errors of a suite's sweeps."""
-    from simtip.regress.check import full_name
+    from simtip.regress.conditions import full_name
     from simtip.regress.suite import read_suite, sweep_of
     from simtip.sweep.plan import Plan
     from simtip.sweep.table import Table

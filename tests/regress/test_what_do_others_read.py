@@ -6,6 +6,7 @@ import re
 from xml.etree import ElementTree as ET
 
 import pytest
+from junit_structure import strange
 
 from simtip.regress.junit import junit_of
 from simtip.regress.markdown import markdown_of
@@ -31,6 +32,7 @@ def result(name: str = "nominal", text: str = "tip moved") -> dict:
             {"state": "worse", "kind": "shift", "where": [name], "text": text},
             {"state": "worse", "kind": "time", "where": [], "text": "slower: 2.0 x the time"},
         ],
+        "notes": [text, text],
         "pooled": {"tests": []},
         "statistics": {"false_alarm_rate": 0.006, "tests_of_conditions": 9},
     }
@@ -46,11 +48,31 @@ def test_junit_counts_its_cases_and_says_what_is_wrong(text):
         assert int(one.get("tests")) == len(cases) == 3 + 5
         assert int(one.get("failures")) == len(suite.findall("testcase/failure")) == 2
         assert int(one.get("errors")) == len(suite.findall("testcase/error")) == 1
-    # The attributes that the usual schema asks for.
-    assert {"name", "tests", "failures", "errors", "skipped"} <= set(suite.attrib)
+    assert strange(root) == []
+    assert suite.get("skipped") == "0"
+    assert suite.findtext("system-out").count("\n") == 1
     assert all({"name", "classname", "time"} <= set(case.attrib) for case in cases)
     assert all({"message", "type"} <= set(one.attrib) for one in suite.iter("failure"))
     assert len({(case.get("classname"), case.get("name")) for case in cases}) == len(cases)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (b"testcase", b"test", ["testsuite holds test", "no element test"] * 8),
+        (b'<testsuite name="nominal" ', b"<testsuite ", ["testsuite lacks name"]),
+        (b'errors="1" skipped', b"skipped", ["testsuite lacks errors"]),
+        (b' time="0"', b' seconds="0"', ["testcase has seconds"] * 8),
+        (b"<system-out>", b"<system-out><b/>", ["system-out holds b", "no element b"]),
+        (b'skipped="0"', b'skipped="none"', ["skipped is no count"]),
+    ],
+)
+def test_what_the_schema_forbids_would_be_seen(old, new, said):
+    written = junit_of(result())
+    assert strange(ET.fromstring(written)) == []  # noqa: S314 (written a moment ago)
+    spoilt = written.replace(old, new)
+    found = strange(ET.fromstring(spoilt))  # noqa: S314 (likewise)
+    assert sorted(found) == sorted(said)
 
 
 def test_a_shift_that_no_condition_shows_alone_is_a_failure():

@@ -7,8 +7,11 @@ import yaml
 from small_suites import suite_file
 
 from simtip.errors import InputError
+from simtip.regress.chosen import Chosen
 from simtip.regress.conditions import conditions_of
+from simtip.regress.performed import planned
 from simtip.regress.suite import read_suite, sweep_of
+from simtip.sweep.campaign import Means
 from simtip.sweep.plan import Plan
 
 
@@ -55,6 +58,20 @@ def test_sampled_points_are_conditions(tmp_path):
     (case,) = read_suite(suite_file(tmp_path, cases=cases)).cases
     found = conditions_of(Plan(sweep_of(case, None), case.sweep.scene))
     assert [one.trials for one in found] == [(0, 1), (2, 3), (4, 5), (6, 7)]
+
+
+def test_a_case_named_as_a_condition_of_another_is_refused(tmp_path):
+    """Results are kept by that name: one of the two would be lost."""
+    cases = [
+        {"name": "lamps: lamps[0].power=0.8"},
+        {"name": "lamps", "factors": {"lamps[0].power": [0.8, 1.2]}},
+    ]
+    suite = read_suite(suite_file(tmp_path, cases=cases))
+    means = Means(1, None, None, tmp_path / "cache", "20GB")
+    with pytest.raises(InputError, match="have the same name, 'lamps: lamps") as caught:
+        planned(suite.cases, Chosen(), means)
+    assert str(tmp_path / "suite.yaml") in str(caught.value)
+    planned(suite.cases[:1], Chosen(), means)
 
 
 @pytest.mark.parametrize(
