@@ -57,7 +57,7 @@ def command(file: Path, out: Path, *options: object, cache: Path | None = None) 
 
 
 def run(file: Path, out: Path, *options: object, cache: Path | None = None, code: int = 0) -> str:
-    """Run a sweep to its end, workers and all in this process; give what it said on both outputs."""
+    """Run a sweep to its end, workers and all in this process; give what it said."""
     done = call_here(*words(file, out, *options, cache=cache))
     assert done.code == code, done.err
     return done.out + done.err
