@@ -59,6 +59,8 @@ def test_code_in_a_sweep_file_is_not_run(tmp_path):
 
 
 HOSTILE = """
+import pathlib
+
 class Panic(BaseException):
     pass
 
@@ -78,7 +80,7 @@ def prints(image):
     return (50.0, 60.0)
 
 def reads(image):
-    return (float(open("answer.txt").read()), 60.0)
+    return (float(pathlib.Path("answer.txt").read_text()), 60.0)
 """
 
 
