@@ -36,7 +36,8 @@ class Remembered:
         self._needle, self._found = needle, {}
 
     def look(self, side, pixels, move, samples, replica=0):
-        told = side, pixels.tobytes(), move.R.tobytes(), move.t.tobytes(), samples.tobytes(), replica
+        arrays = pixels, move.R, move.t, samples
+        told = side, replica, *(one.tobytes() for one in arrays)
         if told not in self._found:
             self._found[told] = self._needle.look(side, pixels, move, samples, replica)
         return self._found[told]
