@@ -6,6 +6,9 @@ BIN := $(VENV)/bin
 OUT := out/demo
 SITE := site
 
+# The tests start hundreds of processes: without bytecode each compiles the package anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test lint docs check clean
 
 demo: $(VENV)/.simtip

@@ -4,7 +4,8 @@ import gc
 import os
 import signal
 import sys
-from functools import cache
+from contextlib import suppress
+from functools import cache, lru_cache
 from pathlib import Path
 
 # No test multiplies large matrices: more threads only wait for each other, and for other workers.
@@ -22,16 +23,37 @@ from asked import call
 from regions import with_roi
 
 from simtip.camera import Camera, StereoRig
+from simtip.errors import InputError
 from simtip.geometry import Pose, nearest_rotation
 from simtip.render.backend import choose
 from simtip.scene_file import load_scene
 from simtip.spec import SceneSpec
+from simtip.yaml_file.compose import Composer
 
 # For the tests of the plug-in: pytest takes this from the outermost folder of tests only.
 pytest_plugins = ["pytester"]
 
 # The command line is built anew for every call, which takes longer than most of what is asked.
 typer.main.get_command = cache(typer.main.get_command)
+
+# So it is with parsing the same few scenes and suites; what is made of the nodes is made anew.
+_compose = Composer.compose
+
+
+@lru_cache(maxsize=256)
+def _composed(text, opencv):
+    return _compose(Composer("", opencv=opencv), text)
+
+
+def _compose_once(composer, text):
+    """Compose a file unless it is known; what is wrong with it is said of the file itself."""
+    if len(text) < 20_000:
+        with suppress(InputError):
+            return _composed(text, composer.opencv)
+    return _compose(composer, text)
+
+
+Composer.compose = _compose_once
 
 # Until all tests are collected nothing is garbage, and then they need not be looked through again.
 gc.disable()

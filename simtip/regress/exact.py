@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from simtip.geometry import Array
@@ -68,9 +70,7 @@ def stratified_rank_sum(strata: Sequence[tuple[Array, Array]]) -> Tested:
     large = any(len(ranks) > MOST_RANKED for ranks, _ in told)
     if large or sum(int(ranks.sum()) for ranks, _ in told) > MOST_STATES:
         return Tested(_normal_p(told, observed), least)
-    pmf = np.ones(1)
-    for ranks, m in told:
-        pmf = np.convolve(pmf, _subset_sums(ranks, m))
+    pmf = _sums_of_all(tuple((_sorted(ranks), m) for ranks, m in told))
     return Tested(_two_sided(pmf, observed), least)
 
 
@@ -89,7 +89,7 @@ def critical_rank_sum(n: int, level: float) -> float | None:
     sum
         Of the ranks 0, 1, ..; None if not even the largest is.
     """
-    chances = _subset_sums(np.arange(2 * n), n)
+    chances = _subset_sums(_sorted(np.arange(2 * n)), n)
     above = np.cumsum(chances[::-1])[::-1]
     enough = np.flatnonzero(2 * above <= level)
     return float(enough[0]) if len(enough) else None
@@ -160,26 +160,45 @@ def holm(p: Sequence[float], level: float) -> list[bool]:
     return found
 
 
-def _ranked(before: Array, after: Array) -> tuple[np.ndarray, int]:
+def _ranked(before: Array, after: Array) -> tuple[NDArray[np.int64], int]:
     """Give doubled midranks less the least of them, before and after, and how many are after."""
-    ranks = np.rint(2 * stats.rankdata(np.concatenate([before, after]))).astype(np.int64)
+    values = np.concatenate([before, after])
+    ordered = np.sort(values)
+    ranks = np.searchsorted(ordered, values) + np.searchsorted(ordered, values, side="right")
     return ranks - ranks.min(), len(after)
 
 
-def _subset_sums(ranks: np.ndarray, m: int) -> Array:
-    """Give the distribution of the sum of m of these ranks, each choice as likely as any."""
-    counts = np.zeros((m + 1, int(np.sort(ranks)[-m:].sum()) + 1))
+def _sorted(ranks: NDArray[np.int64]) -> tuple[int, ...]:
+    return tuple(np.sort(ranks).tolist())
+
+
+# Values without ties have the same ranks in every test, and a suite of many conditions asks often.
+@lru_cache(maxsize=32)
+def _sums_of_all(strata: tuple[tuple[tuple[int, ...], int], ...]) -> Array:
+    """Give the distribution of the sum over strata, each of its sorted ranks and its m."""
+    pmf = np.ones(1)
+    for ranks, m in strata:
+        pmf = np.convolve(pmf, _subset_sums(ranks, m))
+    pmf.setflags(write=False)
+    return pmf
+
+
+@lru_cache(maxsize=512)
+def _subset_sums(ranks: tuple[int, ...], m: int) -> Array:
+    """Give the distribution of the sum of m of these sorted ranks, each choice as likely as any."""
+    counts = np.zeros((m + 1, sum(ranks[-m:]) + 1))
     counts[0, 0] = 1
-    for rank in np.sort(ranks):
+    for rank in ranks:
         if rank:
             counts[1:, rank:] += counts[:-1, :-rank].copy()
         else:
             counts[1:] += counts[:-1].copy()
     chosen: Array = counts[m] / counts[m].sum()
+    chosen.setflags(write=False)
     return chosen
 
 
-def _normal_p(told: Sequence[tuple[np.ndarray, int]], observed: int) -> float:
+def _normal_p(told: Sequence[tuple[NDArray[np.int64], int]], observed: int) -> float:
     mean = variance = 0.0
     for ranks, m in told:
         size = len(ranks)

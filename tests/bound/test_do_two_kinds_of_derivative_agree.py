@@ -37,7 +37,7 @@ def test_edges_move_as_projective_sampling_says(tip_scene, side):
     other = coverage_derivatives(spec, camera, T_wc, rates.values(), range(SEEDS), backend=backend)
     with movable_needle(spec, backend=backend, seed=1) as needle:
         band = needle.band(side)
-        samples = np.full(len(band), 4096)
+        samples = np.full(len(band), 1024)
         for k, name in enumerate(rates):
             step = moves.step(name, STEP_PX)
             forth, back = (
@@ -55,7 +55,7 @@ def test_edges_move_as_projective_sampling_says(tip_scene, side):
 def test_light_through_pixel_borders_gives_the_same_bound(tip_scene):
     """Along and across, nuisances known: no step, no moved needle."""
     backend = choose("llvm")
-    bound = tip_bound(tip_scene, backend=backend, samples=256, check=False)
+    bound = tip_bound(tip_scene, backend=backend, samples=96, check=False)
     with movable_needle(tip_scene, backend=backend, seed=1) as needle:
         spec = expose_pair(tip_scene, needle.views, seed=1, backend=backend).spec
         for side in ("left", "right"):
@@ -67,11 +67,11 @@ def test_light_through_pixel_borders_gives_the_same_bound(tip_scene):
 
 
 def through_borders(spec, needle, side, moves):
-    watched = watch(spec, moves, needle, side, 512)
+    watched = watch(spec, moves, needle, side, 256)
     picture, band = watched.picture, watched.band
     replicas = []
     for seed in range(SEEDS):
-        by_u, by_v = map(picture.mixed, shift_derivatives(needle, side, band, 512, seed))
+        by_u, by_v = map(picture.mixed, shift_derivatives(needle, side, band, 256, seed))
         a_u, a_v = moves.axis_px
         ways = [a_u * by_u + a_v * by_v, -a_v * by_u + a_u * by_v]
         replicas.append(

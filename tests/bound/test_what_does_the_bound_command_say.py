@@ -27,7 +27,7 @@ def test_json_and_folder_tell_the_same(tip_scene, tmp_path):
     scene = tmp_path / "scene.yaml"
     scene.write_text(json.dumps(tip_scene.model_dump(mode="json")))
     out = tmp_path / "out"
-    answer = call("bound", str(scene), "--json", "-o", str(out), "--samples", "32")
+    answer = call("bound", str(scene), "--json", "-o", str(out), "--samples", "8")
     assert answer.code == 0, answer.err
     said, stored = json.loads(answer.out), json.loads((out / "bound.json").read_text())
     assert {key: stored[key] for key in said} == said

@@ -10,10 +10,13 @@ import sys
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from unittest import mock
 
 from asked import Answer, call
+from one_process import workers_here
 from pages import ROOT, Block
 from pytest_plugin.a_users_tests import PLUGIN
+from regress.small_suites import fixed_ratio
 from small_scenes import quarter
 
 from simtip.scene_file import dump_scene, load_scene
@@ -83,13 +86,14 @@ def run(block: Block, folder: Path) -> str:
 
 
 def simtip(words: list[str], folder: Path) -> Answer:
-    """Call simtip in this process."""
+    """Call simtip, workers and all, in this process; detectors are timed with a fixed clock."""
     words = smaller(words, folder)
-    prepare(words, folder)
-    for option, out in pairwise(words):
-        if option in WRITTEN and PLACEHOLDER.fullmatch(out):
-            shutil.rmtree(folder / out, ignore_errors=True)
-    return call(*words[1:])
+    with workers_here(), mock.patch("simtip.regress.timing.ratio_of", fixed_ratio):
+        prepare(words, folder)
+        for option, out in pairwise(words):
+            if option in WRITTEN and PLACEHOLDER.fullmatch(out):
+                shutil.rmtree(folder / out, ignore_errors=True)
+        return call(*words[1:])
 
 
 def prepare(words: list[str], folder: Path) -> None:

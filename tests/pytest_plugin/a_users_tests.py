@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,8 +51,11 @@ SUITE = {
 class UsersTests:
     """A folder with a scene, a suite and a detector, in which a user writes tests and runs them."""
 
-    def __init__(self, pytester: pytest.Pytester, cache: Path) -> None:
+    def __init__(
+        self, pytester: pytest.Pytester, cache: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
         self.pytester, self.path, self._cache = pytester, pytester.path, cache
+        self._monkeypatch = monkeypatch
         self.write("tiny.yaml", yaml.safe_dump(tiny_scene()))
         self.write("suite.yaml", yaml.safe_dump(SUITE))
         self.write("detectors.py", DETECTOR)
@@ -67,9 +71,18 @@ class UsersTests:
         """Write a file of tests, in which the detector is at hand."""
         return self.write(name, f"import pytest\nfrom detectors import lowest_dark\n\n{body}\n")
 
-    def run(self, *options: object) -> pytest.RunResult:
-        """Run the tests in this process."""
-        words = map(str, (*PLUGIN, f"--simtip-cache={self._cache}", *options))
+    def run(self, *options: object, others: bool = False) -> pytest.RunResult:
+        """Run the tests in this process, which may have loaded modules of the same names.
+
+        Other plug-ins that are installed are left out unless they are the question: some load
+        much, which is forgotten after each run.
+        """
+        for path in self.path.rglob("*.py"):
+            self._monkeypatch.delitem(sys.modules, path.stem, raising=False)
+        if not others:
+            self._monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+        own = PLUGIN if others else ("-p", "simtip.pytest_plugin")
+        words = map(str, (*own, f"--simtip-cache={self._cache}", *options))
         return self.pytester.runpytest_inprocess("-p", "no:cacheprovider", *words)
 
     def in_a_process(self, *options: object) -> pytest.RunResult:

@@ -29,6 +29,6 @@ def cache(tmp_path_factory):
 
 
 @pytest.fixture
-def mine(pytester, cache) -> UsersTests:
+def mine(pytester, cache, monkeypatch) -> UsersTests:
     """A user's folder of tests."""
-    return UsersTests(pytester, cache)
+    return UsersTests(pytester, cache, monkeypatch)

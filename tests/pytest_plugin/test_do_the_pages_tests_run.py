@@ -54,9 +54,8 @@ def test_the_one_of_suites_runs(copied):
         {"name": "noisy", "base": {"sensor.read_noise_e": 20.0}},
         {"name": "no tip in view", "base": {"rig.right.roi": [983, 555, 100, 150]}},
     ]
-    copied.write(
-        "my_suite.yaml", yaml.safe_dump({"name": "m", "scene": "tiny.yaml", "cases": cases})
-    )
+    suite = {"name": "m", "scene": "tiny.yaml", "repeats": 4, "cases": cases}
+    copied.write("my_suite.yaml", yaml.safe_dump(suite))
     copied.write("test_suites.py", SUITE)
     done = copied.run("test_suites.py", "--simtip-suite=my_suite.yaml", "-v")
     said = done.stdout.str()

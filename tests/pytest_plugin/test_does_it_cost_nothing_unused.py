@@ -63,10 +63,10 @@ def test_it_is_loaded_in_no_time():
         "import simtip.pytest_plugin\n"
         "print(time.perf_counter() - start)"
     )
-    took_s = [
+    took_s = (
         float(subprocess.check_output([sys.executable, "-c", timed], text=True)) for _ in range(3)
-    ]
-    assert min(took_s) < 0.05
+    )
+    assert any(one_s < 0.05 for one_s in took_s)
 
 
 @pytest.mark.slow

@@ -331,7 +331,8 @@ def test_the_report_of_the_call_names_them_too(mine):
 def test_pytest_html_shows_the_pictures(mine):
     pytest.importorskip("pytest_html", reason="comes with the test dependencies")
     mine.test(f"def test(simtip_pair):\n    {TOO_NEAR}\ndef test_good(simtip_pair):\n    {NEAR}")
-    mine.run("--html=report.html", "--self-contained-html").assert_outcomes(failed=1, passed=1)
+    done = mine.run("--html=report.html", "--self-contained-html", others=True)
+    done.assert_outcomes(failed=1, passed=1)
     page = (mine.path / "report.html").read_text()
     assert page.count("data:image/png;base64,") == 1
 

@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 import yaml
-from small_suites import checked, run, suite_file, texts
+from small_suites import CASES, checked, run, run_as_users_do, suite_file, texts
 
 from simtip.regress.compared import LEVEL
 from simtip.regress.power import least_pooled_loss
@@ -114,9 +114,30 @@ def test_stray_tips_are_named(base, cache):
     )
 
 
+@pytest.fixture(scope="module")
+def timed(tmp_path_factory, cache):
+    """Give what checks a detector of another name against a baseline of one condition."""
+    folder = tmp_path_factory.mktemp("timed")
+    file = folder / "base.yaml"
+    words = "record", suite_file(folder, cases=CASES[:1]), "-o", file
+    run_as_users_do(*words, "--detector", "planted_detectors:unchanged", cache=cache)
+
+    def check(name, code):
+        words = "check", file, "--json", "--detector", f"planted_detectors:{name}"
+        return json.loads(run_as_users_do(*words, cache=cache, code=code))
+
+    return check
+
+
+def test_the_time_of_an_unchanged_detector_is_the_same(timed):
+    result = timed("unchanged", 0)
+    assert result["changes"] == []
+    assert result["time"]["ratio"] == pytest.approx(1, abs=0.3)
+
+
 @pytest.mark.parametrize("name", ["twice", "sleepy"])
-def test_twice_the_time_is_named(base, cache, name):
-    result = with_detector(base, cache, name, 1)
+def test_twice_the_time_is_named(timed, name):
+    result = timed(name, 1)
     assert any(one.startswith("slower") for one in texts(result, "worse"))
     assert result["time"]["ratio"] > 1.5
     assert result["counts"]["worse"] == 0

@@ -17,6 +17,7 @@ RIG = paper_like(4)
 XML = rig_text(RIG, "opencv-xml")
 JSON = rig_text(RIG, "json")
 KALIBR = rig_text(RIG, "kalibr")
+KALIBR_DATA = yaml.safe_load(KALIBR)
 
 
 def refused(path, size=None):
@@ -178,7 +179,7 @@ def chain(**cameras):
     return yaml.safe_dump(contents)
 
 
-POSE = yaml.safe_load(KALIBR)["cam1"]["T_cn_cnm1"]
+POSE = KALIBR_DATA["cam1"]["T_cn_cnm1"]
 
 
 @pytest.mark.parametrize(
@@ -427,6 +428,6 @@ def test_no_other_error_escapes_from_data_of_another_kind(tmp_path_factory, valu
     with contextlib.suppress(InputError):
         assert isinstance(read_rig(path), StereoRig)
     for name in ("cam0", "cam1"):
-        path.write_text(yaml.safe_dump({**yaml.safe_load(KALIBR), name: value}))
+        path.write_text(yaml.safe_dump({**KALIBR_DATA, name: value}))
         with contextlib.suppress(InputError):
             assert isinstance(read_rig(path), StereoRig)

@@ -1,4 +1,4 @@
-"""Sweeps of a scene so small that a trial takes milliseconds, run as a user runs them."""
+"""Sweeps of a scene so small that a trial takes milliseconds."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 import yaml
+from one_process import call_here
 
 from simtip.sweep.table import Table
 
@@ -44,31 +45,47 @@ def sweep_file(folder: Path, **said: object) -> Path:
     return path
 
 
+def words(file: Path, out: Path, *options: object, cache: Path | None = None) -> list[str]:
+    """Give the words of a sweep's command line that follow the program."""
+    kept = ["--cache", str(cache or file.parent / "cache")]
+    return [*map(str, ["sweep", file, "-o", out, *kept, *options])]
+
+
 def command(file: Path, out: Path, *options: object, cache: Path | None = None) -> list[str]:
     """Give the command line of a sweep."""
-    kept = ["--cache", str(cache or file.parent / "cache")]
-    words = map(str, [file, "-o", out, *kept, *options])
-    return [sys.executable, "-m", "simtip", "sweep", *words]
+    return [sys.executable, "-m", "simtip", *words(file, out, *options, cache=cache)]
 
 
 def run(file: Path, out: Path, *options: object, cache: Path | None = None, code: int = 0) -> str:
-    """Run a sweep to its end, and give what it said on both outputs."""
+    """Run a sweep to its end, workers and all in this process; give what it said."""
+    done = call_here(*words(file, out, *options, cache=cache))
+    assert done.code == code, done.err
+    return done.out + done.err
+
+
+def summary(file: Path, out: Path, *options: object, cache: Path | None = None) -> dict:
+    """Run a sweep to its end in this process, and give its own summary."""
+    return _summary(run(file, out, "--json", *options, cache=cache))
+
+
+def summary_as_users_do(
+    file: Path, out: Path, *options: object, cache: Path | None = None, **environment: str
+) -> dict:
+    """Run a sweep to its end in processes of its own, and give its own summary."""
     done = subprocess.run(
-        command(file, out, *options, cache=cache),
+        command(file, out, "--json", *options, cache=cache),
         capture_output=True,
         text=True,
         check=False,
         timeout=300,
-        env={**os.environ, "SIMTIP_BACKEND": "llvm"},
+        env={**os.environ, "SIMTIP_BACKEND": "llvm", **environment},
     )
-    assert done.returncode == code, done.stderr
+    assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
-    return done.stdout + done.stderr
+    return _summary(done.stdout)
 
 
-def summary(file: Path, out: Path, *options: object, cache: Path | None = None) -> dict:
-    """Run a sweep to its end, and give its own summary."""
-    said = run(file, out, "--json", *options, cache=cache)
+def _summary(said: str) -> dict:
     return json.loads(next(line for line in said.splitlines() if line.startswith("{")))
 
 

@@ -3,9 +3,10 @@
 import json
 import os
 import subprocess
+import sys
 
 import pytest
-from small_sweeps import command, rows, run, summary, sweep_file
+from small_sweeps import command, rows, run, summary, summary_as_users_do, sweep_file
 
 DETECTOR = """
 import os, signal, time
@@ -32,7 +33,7 @@ def test_each_becomes_a_row_with_its_reason(tmp_path, monkeypatch):
     factors = {"sensor.exposure_s": [0.045, 0.05], "detect.threshold": [60, 80, 100, 110, 115, 120]}
     file = sweep_file(tmp_path, factors=factors)
     options = ("--workers", 2, "--detector", "bad_detector:find", "--time-limit", 3)
-    said = summary(file, tmp_path / "out", *options)
+    said = summary_as_users_do(file, tmp_path / "out", *options)
     assert said["crashes"] == 6  # of three thresholds at two exposures: nothing was tried twice
     found = rows(tmp_path / "out")
     by_threshold = found.groupby("detect.threshold").status.unique().map(list).to_dict()
@@ -58,6 +59,8 @@ def test_code_in_a_sweep_file_is_not_run(tmp_path):
 
 
 HOSTILE = """
+import pathlib
+
 class Panic(BaseException):
     pass
 
@@ -77,7 +80,7 @@ def prints(image):
     return (50.0, 60.0)
 
 def reads(image):
-    return (float(open("answer.txt").read()), 60.0)
+    return (float(pathlib.Path("answer.txt").read_text()), 60.0)
 """
 
 
@@ -85,6 +88,8 @@ def reads(image):
 def hostile(tmp_path, monkeypatch):
     (tmp_path / "hostile.py").write_text(HOSTILE)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "hostile", raising=False)
     monkeypatch.chdir(tmp_path)
     return sweep_file(tmp_path, factors={})
 

@@ -110,7 +110,8 @@ def test_a_dry_run_says_how_much_and_does_nothing(tmp_path):
 @pytest.mark.slow
 def test_a_dry_run_knows_what_was_measured(tmp_path):
     """`subpixel` has no threshold: its measurements do not repeat for both of them."""
-    file = sweep_file(tmp_path, factors=FEW, detectors=["lin2020", "subpixel"])
+    thresholds = {"detect.threshold": FEW["detect.threshold"]}
+    file = sweep_file(tmp_path, factors=thresholds, detectors=["lin2020", "subpixel"])
     did = summary(file, tmp_path / "out", cache=tmp_path / "cache")
     options = ["--dry-run", "--json", "--cache", str(tmp_path / "cache")]
     told = CliRunner().invoke(app, ["sweep", str(file), "-o", "x", *options])

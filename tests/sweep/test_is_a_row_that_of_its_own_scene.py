@@ -1,6 +1,7 @@
 """Is every row what its own scene gives, whatever else the sweep varies and whatever was kept?"""
 
 import ast
+import sys
 from pathlib import Path
 
 import pytest
@@ -106,14 +107,16 @@ def test_a_detector_that_has_changed_measures_anew(tmp_path, monkeypatch):
     """The module itself is the same: what it imports has changed."""
     (tmp_path / "my_detector.py").write_text(DETECTOR)
     (tmp_path / "helper.py").write_text("THRESHOLD = 105\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.syspath_prepend(tmp_path)
     file = sweep_file(tmp_path, factors={})
     options = ("--detector", "my_detector:find")
     assert summary(file, tmp_path / "out", *options)["worked_out"]["measure"] == 1
     before = rows(tmp_path / "out")
     assert summary(file, tmp_path / "out", *options)["done"] == 0
     (tmp_path / "helper.py").write_text("THRESHOLD = 60\n")
+    for name in ("my_detector", "helper"):  # as in another process
+        monkeypatch.delitem(sys.modules, name)
     again = summary(file, tmp_path / "out", *options)
     assert again["worked_out"] == {"light": 0, "images": 0, "measure": 1}
     after = rows(tmp_path / "out")
