@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +11,10 @@ import numpy as np
 from simtip.camera import StereoRig
 from simtip.errors import InputError
 from simtip.geometry import Array
-from simtip.input_file import read_bytes
+from simtip.json_file import read_json
 from simtip.rig_file.own_json import rig_from_json
 from simtip.target import Target, parse_target
 from simtip.yaml_file import Document
-
-MAX_BYTES = 1 << 30
 
 REMEDY = "give the truth.json that `simtip boards` wrote"
 
@@ -91,7 +88,7 @@ def read_board_truth(path: str | Path) -> BoardTruth:
         The file is missing or something in it is, or is not of its kind.
     """
     file = Path(path)
-    value = _load(file)
+    value = read_json(file, REMEDY)
     target = _target(file, value)
     count = len(target.points)
     volume = _child(file, value, "working_volume_mm", dict)
@@ -115,17 +112,6 @@ def read_board_truth(path: str | Path) -> BoardTruth:
         print_scale=(float(scale[0]), float(scale[1])),
         pixels=pixels,
     )
-
-
-def _load(file: Path) -> dict[str, Any]:
-    data = read_bytes(file, MAX_BYTES)
-    try:
-        value = json.loads(data)
-    except (ValueError, RecursionError):
-        raise InputError("is not JSON", file=file, remedy=REMEDY) from None
-    if not isinstance(value, dict):
-        raise InputError("is not a JSON object", file=file, remedy=REMEDY)
-    return value
 
 
 def _child(file: Path, parent: dict[str, Any], field: str, kind: type) -> Any:

@@ -13,8 +13,8 @@ from simtip.calibration_images import read_board_truth
 from simtip.errors import InputError
 from simtip.geometry import Pose
 from simtip.image_sets.images import read_taken
-from simtip.image_sets.json_file import read_json
 from simtip.image_sets.pairs import SIDES, BoardPair
+from simtip.json_file import read_json
 from simtip.scene_file import load_scene
 
 SCENE = "scene.yaml"

@@ -11,11 +11,11 @@ from simtip.errors import InputError
 from simtip.experiment.performed import HEAD as EXPERIMENT
 from simtip.experiment.performed import SWEEPS
 from simtip.image_sets.boards import BoardFolder
-from simtip.image_sets.json_file import read_json
 from simtip.image_sets.pairs import BoardImages, NeedleImages
 from simtip.image_sets.result import MANIFEST, RESTORE, TRUTH, ResultImages
 from simtip.image_sets.sweep import Store, SweepImages
 from simtip.input_file import require_folder
+from simtip.json_file import read_json
 from simtip.sweep.head import HEAD
 
 KINDS = "name a folder of `simtip run`, `render`, `remix`, `boards`, `sweep`, `mca` or `budget`"

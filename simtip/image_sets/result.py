@@ -12,9 +12,9 @@ import numpy as np
 from simtip.errors import InputError
 from simtip.geometry import Array
 from simtip.image_sets.images import read_taken
-from simtip.image_sets.json_file import read_json
 from simtip.image_sets.pairs import SIDES, NeedlePair, Reading
 from simtip.input_file import read_bytes
+from simtip.json_file import read_json
 from simtip.scene_file import load_scene
 from simtip.truth import SceneTruth, scene_truth
 

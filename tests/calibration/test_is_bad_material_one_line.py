@@ -169,7 +169,7 @@ def test_a_truth_that_is_no_json(boards, ask, complaint, tmp_path):
     file = tmp_path / "truth.json"
     file.write_text("views: 3")
     assert complaint(ask(boards, "--target", TARGET, "--truth", file)).startswith(
-        f"{file}: is not JSON"
+        f"{file}: is cut short or no JSON"
     )
 
 
