@@ -25,9 +25,11 @@ LENGTH_RAD = 0.2
 """Over which the brightness changes with the surface's angle: what roughness leaves of its
 surroundings."""
 
-ALIKE_RAD = 0.6
+EVEN_ALIKE_RAD, ODD_ALIKE_RAD = 0.6, 0.3
 """So far from the edges the brightness is much the same: there the needle mirrors what is behind
-it, whatever the light."""
+it, whatever the light. Both edges together: in a blurred picture a rim looks like more or less
+width. How they differ looks like nothing else, and light from one side reaches
+far."""
 
 EVEN_MODES, ODD_MODES = 8, 8
 """Of the brightness, the constant not counted."""
@@ -52,12 +54,12 @@ def modes() -> tuple[Array, Array]:
     """
     w = (np.arange(90) + 0.5) / 90 * np.pi / 2
     kernel = np.exp(-0.5 * ((w[:, None] - w) / LENGTH_RAD) ** 2)
-    fade = 1 - np.exp(-0.5 * (w / ALIKE_RAD) ** 2)
     theta = (np.arange(_ANGLE_STEPS) + 0.5) / _ANGLE_STEPS * np.pi - np.pi / 2
     away = np.pi / 2 - np.abs(theta)
     sides = []
-    values, vectors = np.linalg.eigh(fade[:, None] * kernel * fade)
-    for count in (EVEN_MODES, ODD_MODES):
+    for count, alike in ((EVEN_MODES, EVEN_ALIKE_RAD), (ODD_MODES, ODD_ALIKE_RAD)):
+        fade = 1 - np.exp(-0.5 * (w / alike) ** 2)
+        values, vectors = np.linalg.eigh(fade[:, None] * kernel * fade)
         best = vectors[:, ::-1][:, :count] * np.sqrt(values[::-1][:count])
         sides.append(np.column_stack([np.interp(away, w, column) for column in best.T]))
     even, odd = sides

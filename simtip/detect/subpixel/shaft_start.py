@@ -19,7 +19,7 @@ START_BLURS = (
 )
 """Variance, px^2, and the disc's share: from each the shaft's fit begins, and the best is kept."""
 
-UNEVEN_MISFIT, EVENER = 8.0, 0.4
+UNEVEN_MISFIT, EVENER = 3.0, 0.4
 """A shaft that fits worse is tried anew with half its rows; they are taken if at most such a part
 of the misfit is left: of what fits badly everywhere, more rows tell more."""
 

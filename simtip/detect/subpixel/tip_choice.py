@@ -8,7 +8,7 @@ from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.outline import FAMILIES, Family
 from simtip.detect.subpixel.parameters import TipKind
-from simtip.detect.subpixel.scenery import Scenery
+from simtip.detect.subpixel.scenery import POSE, Scenery
 from simtip.detect.subpixel.tip import TipFit, fit_tip, like, usual_starts
 from simtip.geometry import Array
 
@@ -25,6 +25,9 @@ OFF_AXIS = 0.3
 
 TWINS = ("bevel", "bevel_away")
 """Each other's mirror image in depth: where one fits badly, the other may begin."""
+
+ELSEWHERE = tuple((length, turn) for length in (0.85, 1.2) for turn in (-0.15, 0.15))
+"""Where a bevel that still fits badly is begun anew: by how much its cut is longer, and turned."""
 
 NEAR = 1.5
 """Of bad fits ended in haste, those with at most so many times the best one's cost are ended."""
@@ -107,10 +110,27 @@ def _unhurried(
             best = ended
             if best.misfit < FITTING_MISFIT:
                 break
+    if best.misfit > GOOD_MISFIT and best.family.name in TWINS:
+        best = _begun_elsewhere(scenery, best)
     if best.family.name == "wedge" and "cone" in names:
         cone = _ended(scenery, FAMILIES["cone"], *like(FAMILIES["cone"], best))
         if cone is not None and cone.better_than(best):
             return cone
+    return best
+
+
+def _begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
+    """Begin a bevel anew round about where it ended, and give the best: it may have got stuck."""
+    length, azimuth = best.values[POSE:]
+    for longer, turn in ELSEWHERE:
+        start = best.values.copy()
+        start[1:POSE] = 0.0, scenery.half_px, scenery.variance_px2
+        start[POSE:] = np.clip([longer * length, azimuth + turn], best.family.low, best.family.high)
+        found = _ended(scenery, best.family, start)
+        if found is not None and found.cost < best.cost:
+            best = found
+            if best.misfit < FITTING_MISFIT:
+                break
     return best
 
 
