@@ -30,7 +30,7 @@ def test_with_ties_ranks_say_what_counting_every_division_does(seed):
     sums = np.array([sum(c) for c in itertools.combinations(ranks, len(y))])
     observed = ranks[len(x) :].sum()
     wanted = 2 * min((sums <= observed).mean(), (sums >= observed).mean())
-    assert rank_sum(x, y).p == pytest.approx(wanted)
+    assert rank_sum(x, y).p == pytest.approx(min(1, wanted))
 
 
 def test_of_marks_ranks_are_fishers_test_and_signs_mcnemars():
