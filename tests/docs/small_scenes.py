@@ -1,7 +1,7 @@
 """Scenes cut down so that the commands of the documentation take seconds.
 
 This is all in which a test's run differs from a reader's: the scenes of the reader's folder have
-fewer pixels and samples, and `SMALLER` of `shell` changes a few options.
+fewer pixels and samples, and `smaller` and `quicker` of `shell` change a few options.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ EXPERIMENT: dict[str, Any] = {
 }
 """One that a region around the tip has room for."""
 
-BEFORE_PX, AFTER_PX, ASIDE_PX = 130, 120, 50
+BEFORE_PX, AFTER_PX, ASIDE_PX = 110, 60, 50
 """Of a region, from the tip: back along the needle (up), ahead of it, and to each side."""
 
 

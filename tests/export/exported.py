@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from asked import call
+from made_once import made_once
 from regions import with_roi
 
 from simtip.output_folder import result_folder
@@ -52,6 +54,14 @@ def run_into(folder: Path, spec: SceneSpec, *, measured: bool = True) -> Path:
             write_trial(inside, trial)
         write_manifest(inside, trial.simulation, {})
     return folder
+
+
+def run_once(
+    factory: pytest.TempPathFactory, name: str, spec: SceneSpec, *, measured: bool = True
+) -> Path:
+    """Give such a folder, which all tests share."""
+    made = made_once(factory, name, lambda f: run_into(f / "run", spec, measured=measured))
+    return made / "run"
 
 
 def exported(out: Path, form: str, *folders: Path, more: tuple[str, ...] = ()) -> Path:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-import os
 import shlex
-import subprocess
-import sys
 
 import pytest
 import yaml
 from made_tables import SCENES, scene_data
+from one_process import call_here
 from typer.testing import CliRunner
 
 from simtip.cli.program import app
@@ -24,16 +23,10 @@ pytestmark = pytest.mark.slow
 
 
 def simtip(*words, cwd):
-    done = subprocess.run(
-        [sys.executable, "-m", "simtip", *map(str, words)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-        env={**os.environ, "SIMTIP_BACKEND": "llvm"},
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    with contextlib.chdir(cwd):
+        done = call_here(*words)
+    assert done.code == 0, done.err
+    return done.out
 
 
 @pytest.fixture(scope="module")
@@ -48,11 +41,16 @@ def swept(tmp_path_factory):
     sweep = {
         "scene": "scene.yaml",
         "factors": {
-            "lamps[0].power": [0.7, 1.3],
             "needle.tip": [{"kind": "cone", "length_mm": 5}, {"kind": "bevel", "angle_deg": 20}],
             "detect.threshold": [80, 110],
         },
-        "zipped": [{"sensor.exposure_s": [0.04, 0.05], "detect.median_window": [3, 5]}],
+        "zipped": [
+            {
+                "lamps[0].power": [0.7, 1.3],
+                "sensor.exposure_s": [0.04, 0.05],
+                "detect.median_window": [3, 5],
+            }
+        ],
         "repeats": 2,
         "detectors": ["lin2020", {"name": "subpixel", "label": "fitted"}],
         "seed": 77,

@@ -6,15 +6,18 @@ import json
 import re
 import shutil
 from pathlib import Path
+from unittest import mock
 
 import cv2
 import numpy as np
 import pytest
 import yaml
-from asked import call
+from asked import Answer
 from experiment.small_experiment import scene_file
 from made_tables import grid, page, scene_data, written
+from one_process import call_here
 from oracles.stereo_boards import TARGET, photograph
+from regress.small_suites import fixed_ratio
 
 from simtip.calibration_images.record import read_record
 from simtip.page.folder import results_in
@@ -24,8 +27,13 @@ from simtip.page.options import Options
 pytestmark = pytest.mark.slow
 
 
+def ask(*words: object) -> Answer:
+    with mock.patch("simtip.regress.timing.ratio_of", fixed_ratio):
+        return call_here(*words)
+
+
 def simtip(*words: object) -> None:
-    answer = call(*map(str, words))
+    answer = ask(*words)
     assert answer.code in {0, 1}, answer.err
 
 
@@ -205,7 +213,7 @@ def test_calibrations_come_back_as_they_were(made):
 
 @pytest.mark.parametrize("kind", ["sweep", "mca", "budget", "calibrate", "regress"])
 def test_all_figures_are_files_too(made, tmp_path, kind):
-    answer = call(
+    answer = ask(
         *("report", str(made[kind]), "-o", str(tmp_path / "page.html")),
         *("--figures", str(tmp_path / "figures"), "--pictures", "0"),
     )
@@ -220,8 +228,8 @@ def test_all_figures_are_files_too(made, tmp_path, kind):
 
 
 def test_a_check_goes_on_beside_its_page(made):
-    assert call("report", str(made["regress"])).code == 0
+    assert ask("report", str(made["regress"])).code == 0
     base = made["regress"].parent / "base.json"
     cache = ("--cache", str(base.parent / "cache"), "--workers", "1")
     again = ("regress", "check", str(base), "-o", str(made["regress"]), "--set", "threshold=70")
-    assert call(*again, *cache).code == 1
+    assert ask(*again, *cache).code == 1

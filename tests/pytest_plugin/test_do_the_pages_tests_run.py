@@ -47,6 +47,7 @@ def test_the_first_one_runs_and_fails_as_shown(copied):
     assert len(copied.pictures()) == 1
 
 
+@pytest.mark.slow
 def test_the_one_of_suites_runs(copied):
     """On a suite with cases of the names shown, of a scene that renders in no time."""
     cases = [

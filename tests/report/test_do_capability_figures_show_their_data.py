@@ -239,11 +239,13 @@ def test_more_runs_than_can_be_told_apart_look_alike():
 @pytest.mark.parametrize(
     ("measured", "reference"),
     [
-        (X + 0.3, X),
-        (X, X),
+        pytest.param(X + 0.3, X, marks=pytest.mark.slow),
+        pytest.param(X, X, marks=pytest.mark.slow),
         ([2.1, 2.3, 1.9], [2.0, 2.0, 2.0]),
         ([1e-6, 2e-6, 4e-6], [0.0, 0.0, 0.0]),
-        (np.linspace(1, 30, 200) + 0.01, np.linspace(1, 30, 200)),
+        pytest.param(
+            np.linspace(1, 30, 200) + 0.01, np.linspace(1, 30, 200), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_edges_are_drawn_with_axes_that_can_be_read(measured, reference):

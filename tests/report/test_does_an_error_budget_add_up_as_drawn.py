@@ -152,8 +152,14 @@ def test_panels_are_below_each_other_each_with_its_own_scale():
     "budgets",
     [
         [budget(names=[LONG, "x" * 90, "a", LONG], title=LONG)],
-        [budget(names=["a $ of b$"] * 4), budget(names=[LONG] * 4, title=LONG)],
-        [budget(np.linspace(-1, 2, 30), 40, names=[f"{k} {LONG}"[: 4 * k] for k in range(30)])],
+        pytest.param(
+            [budget(names=["a $ of b$"] * 4), budget(names=[LONG] * 4, title=LONG)],
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            [budget(np.linspace(-1, 2, 30), 40, names=[f"{k} {LONG}"[: 4 * k] for k in range(30)])],
+            marks=pytest.mark.slow,
+        ),
         [budget([0.0, 0.0], 0.0)],
         [budget([], 0.04)],
         [budget([4e4, -3.9e4], 1e3)],
