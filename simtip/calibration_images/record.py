@@ -123,7 +123,7 @@ def read_record(folder: Path) -> Record:
     file = folder / POINTS
     try:
         told = json.loads(read_bytes(file, MAX_BYTES))
-        sizes = tuple((int(w), int(h)) for w, h in (told["image_size"][s] for s in SIDES))
+        sizes = tuple(_size(*told["image_size"][side]) for side in SIDES)
         distances = told["epipolar_px"]
         record = Record(
             tuple(map(str, told["views"])),
@@ -138,7 +138,7 @@ def read_record(folder: Path) -> Record:
         _require_views(record)
     except InputError:
         raise
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError) as error:
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
         raise InputError(
             "is damaged or cut short", file=file, remedy="calibrate again into a new folder"
         ) from error
@@ -146,12 +146,21 @@ def read_record(folder: Path) -> Record:
 
 
 SIDES = ("left", "right")
+LARGEST = 1e6
+"""Pixels and mm; what is larger is no camera's, and no figure could show it."""
+
+
+def _size(width: Any, height: Any) -> tuple[int, int]:
+    size = int(width), int(height)
+    if not 1 <= min(size) <= max(size) <= LARGEST:
+        raise ValueError("no size of an image")
+    return size
 
 
 def _array(values: Any, columns: int) -> Array:
     array = np.asarray(values, dtype=np.float64)
     wanted = array.ndim == 1 if columns == 1 else array.ndim == 2 and array.shape[1] == columns
-    if not wanted or not len(array) or not np.isfinite(array).all():
+    if not wanted or not len(array) or not (np.abs(array) <= LARGEST).all():
         raise ValueError(f"no points of {columns} numbers")
     return array
 

@@ -221,9 +221,13 @@ def _read(file: Path) -> tuple[Baseline, Suite]:
 
     baseline = read_baseline(file)
     path = Path(suite_of(baseline.suite, file))
-    if not path.exists():
+    try:
+        there = path.exists()
+    except OSError:  # too long a name, for example
+        there = False
+    if not there:
         raise InputError(
-            f"names the suite {baseline.suite.file}, and there is no such file",
+            f"names the suite {baseline.suite.file[:200]}, and there is no such file",
             file=file,
             field="suite.file",
             remedy="put it back where it was, seen from the baseline",

@@ -27,9 +27,9 @@ def calibration_page(results: Results) -> Page:
     told, record = results.json(RESULT), read_record(results.folder)
     from simtip.report.calibration import calibration_figures
 
-    drawings = [
-        Drawing(name, TITLES[name], figure) for name, figure in calibration_figures(record).items()
-    ]
+    with TakenFrom(results.folder / POINTS):
+        figures = calibration_figures(record)
+    drawings = [Drawing(name, TITLES[name], figure) for name, figure in figures.items()]
     with TakenFrom(results.folder / RESULT):
         sections = [
             Section("rig", "The rig", [*_rig(told)]),

@@ -14,6 +14,8 @@ from simtip.input_file import read_bytes, require_folder
 Kind = Literal["run", "render", "boards", "calibrate", "sweep", "mca", "budget", "regress"]
 
 MAX_BYTES = 1 << 28
+LONGEST_NAME = 255
+"""Bytes: no file system has longer ones."""
 
 FILES: tuple[tuple[str, Kind], ...] = (
     ("regress.json", "regress"),
@@ -126,12 +128,17 @@ def read_json(file: Path) -> dict[str, Any]:
         It is missing, damaged or cut short.
     """
     try:
-        data = json.loads(read_bytes(file, MAX_BYTES))
+        data = json.loads(read_bytes(file, MAX_BYTES), parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
         raise damaged(file) from error
     if not isinstance(data, dict):
         raise damaged(file)
     return data
+
+
+def _refuse(constant: str) -> None:
+    """Refuse what JSON does not have, and simtip does not write: NaN, Infinity."""
+    raise ValueError(constant)
 
 
 class TakenFrom:
@@ -173,7 +180,8 @@ def own_file(folder: Path, name: object, listed_in: Path) -> Path:
     InputError
         The name leads elsewhere.
     """
-    if not isinstance(name, str) or not name or Path(name).name != name or "\\" in name:
+    plain = isinstance(name, str) and 0 < len(name.encode(errors="replace")) <= LONGEST_NAME
+    if not plain or Path(str(name)).name != name or "\\" in str(name):
         raise InputError(
             f"names {str(name)[:80]!r}, which is no file of its folder",
             file=listed_in,

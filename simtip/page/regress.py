@@ -15,6 +15,9 @@ SIDES = ("left", "right")
 MOST_DRAWN = 60
 """Conditions, the worst first; a figure of more would be too long."""
 
+MOST_PX = 1e6
+"""No error in an image is larger, and no figure could show it."""
+
 TONES: dict[str, Tone] = {"worse": "bad", "could not tell": "plain"}
 
 
@@ -115,7 +118,10 @@ def _along(side: dict[str, Any] | None, view: str) -> tuple[float, float] | None
     told = None if side is None else side.get(view)
     if told is None or told["bias"][0] is None:
         return None
-    return float(told["bias"][0]), float(told["sd"][0] or 0.0)
+    bias, sd = float(told["bias"][0]), float(told["sd"][0] or 0.0)
+    if max(abs(bias), abs(sd)) > MOST_PX:
+        raise ValueError("no image is as large")
+    return bias, sd
 
 
 def _bias(side: dict[str, Any] | None, view: str) -> str:

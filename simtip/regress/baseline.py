@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from simtip.regress.sample import VIEWS, Sample
 from simtip.regress.tolerance import Tolerance
@@ -16,12 +17,17 @@ VERSION: Literal[1] = 1
 DIGITS = 4
 """Decimals of errors, px."""
 
+ROUNDED = 1e-3
+"""How far the length of a direction may be from 1."""
+
 MOST_NUMBERS = 40_000
 """Errors in a file: more cannot be reviewed."""
 
 Name = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-Error = Annotated[float, Field(ge=-1e6, le=1e6)] | None
+Pixels = Annotated[float, Field(ge=-1e6, le=1e6)]
+Error = Pixels | None
+AlongAcross = Annotated[list[Pixels], Field(min_length=2, max_length=2)]
 Versions = dict[str, str | None]
 
 
@@ -37,12 +43,18 @@ class ViewResult(Part):
     ``bias`` and ``sd`` are along and across the needle, ``tolerance`` the least shift that counts.
     """
 
-    axis: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)]
+    axis: Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=2, max_length=2)]
     u: list[Error]
     v: list[Error]
-    bias: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)] | None
-    sd: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)] | None
-    tolerance: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)] | None
+    bias: AlongAcross | None
+    sd: AlongAcross | None
+    tolerance: AlongAcross | None
+
+    @model_validator(mode="after")
+    def _is_direction(self) -> Self:
+        if abs(math.hypot(*self.axis) - 1) > ROUNDED:
+            raise ValueError(f"the axis {self.axis} is no direction of length 1")
+        return self
 
 
 class ConditionResult(Part):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import warnings
 from pathlib import Path
 from unittest import mock
 
@@ -233,3 +234,37 @@ def test_a_check_goes_on_beside_its_page(made):
     cache = ("--cache", str(base.parent / "cache"), "--workers", "1")
     again = ("regress", "check", str(base), "-o", str(made["regress"]), "--set", "threshold=70")
     assert ask(*again, *cache).code == 1
+
+
+SPOILT = [
+    ("regress", "regress.json", ("conditions", 0, "after", "left", "sd", 0), 1e308),
+    ("regress", "regress.json", ("pooled", "tests", 0, "change"), float("nan")),
+    ("mca", "mca.json", ("accuracy", "mean_ci_mm", 0), float("inf")),
+    ("budget", "budget.json", ("from_start", "shares", 0, "cause"), float("nan")),
+    ("boards", "truth.json", ("views", 1, "right", "file"), "x" * 400),
+    ("boards", "truth.json", ("plate", "print_scale", 0), float("nan")),
+    ("calibrate", "points.json", ("image_size", "left", 0), 0),
+    ("calibrate", "points.json", ("image_size", "left", 0), float("inf")),
+    ("calibrate", "points.json", ("left", "id", 0), float("inf")),
+    ("calibrate", "points.json", ("left", "seen_px", 0, 0), 1e300),
+    ("calibrate", "calibration.json", ("images",), float("nan")),
+]
+
+
+@pytest.mark.parametrize(("kind", "name", "place", "value"), SPOILT)
+def test_a_value_that_no_command_writes_is_one_line(made, tmp_path, kind, name, place, value):
+    folder = tmp_path / kind
+    shutil.copytree(made[kind], folder)
+    data = json.loads((folder / name).read_text())
+    part = data
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    (folder / name).write_text(json.dumps(data))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        answer = call("report", str(folder))
+    assert answer.code == 2, answer.out
+    assert answer.err.count("\n") == 1
+    assert str(folder / name) in answer.err
+    assert not (folder / "report.html").exists()

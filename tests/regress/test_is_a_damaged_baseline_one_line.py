@@ -9,6 +9,7 @@ import pytest
 from made_up_baselines import baseline
 
 from simtip.errors import InputError
+from simtip.regress.baseline import SuiteReference
 from simtip.regress.baseline_file import read_baseline, write_baseline
 from simtip.yaml_file import load_yaml
 
@@ -76,6 +77,10 @@ def test_the_same_content_is_the_same_bytes(file, tmp_path):
         ("noise_seed: 1", "noise_seed: true", "noise_seed"),
         ("checksum: ", "checksum: '' #", "was edited"),
         ("checksum: ", "check: ", "cut short"),
+        ("axis: [0.0, -1.0]", "axis: [0.0, -0.5]", "no direction of length 1"),
+        ("axis: [0.0, -1.0]", "axis: [0.0, 0.0]", "no direction of length 1"),
+        ("axis: [0.0, -1.0]", "axis: [1.0e+308, -1.0]", "axis[0]"),
+        ("bias: [8.0", "bias: [1.0e+308", "bias[0]"),
         ("accepted: []", "accepted: [{}]", "accepted"),
         ("suite: {", "suite: !!python/object:os.system {", "tag"),
     ],
@@ -168,6 +173,16 @@ def test_a_baseline_whose_suite_is_gone_says_so(ask, file):
     assert done.code == 2
     assert "suite.yaml" in done.err
     assert "Traceback" not in done.err
+
+
+def test_a_suite_of_too_long_a_name_is_none(ask, tmp_path):
+    reference = SuiteReference(name="x", file="x" * 400, sha256="b" * 64)
+    file = tmp_path / "base.yaml"
+    write_baseline(file, baseline().model_copy(update={"suite": reference}))
+    done = ask("regress", "check", str(file))
+    assert done.code == 2
+    assert "names the suite xxx" in done.err
+    assert done.err.count("\n") == 1
 
 
 def test_the_file_is_read_with_its_limits(file):
