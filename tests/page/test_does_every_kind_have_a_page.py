@@ -263,7 +263,7 @@ def test_a_value_that_no_command_writes_is_one_line(made, tmp_path, kind, name, 
     (folder / name).write_text(json.dumps(data))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        answer = call("report", str(folder))
+        answer = ask("report", str(folder))
     assert answer.code == 2, answer.out
     assert answer.err.count("\n") == 1
     assert str(folder / name) in answer.err
