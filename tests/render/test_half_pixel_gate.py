@@ -16,6 +16,8 @@ WORST_PX = 0.02
 RADIUS_PX = 6.0
 DEPTH_MM = 170.0
 SPACING_PX = (146, 120)
+FEWER = 144
+"""Samples over the whole frame: seen, 0.003 px on average."""
 
 
 def discs(camera: Camera, T_wc: Pose) -> tuple[np.ndarray, np.ndarray, float]:
@@ -161,14 +163,14 @@ def test_points_land_where_opencv_says_through_a_strong_lens(corner):
 @pytest.mark.parametrize("coefficients", [BROWN, RATIONAL], ids=["brown", "rational"])
 def test_distortion_is_right_to_the_corners_of_the_frame(paper_rig, side, coefficients):
     camera, pose = both(paper_rig)[side]
-    check(errors(distorted(camera, coefficients), pose, "auto"))
+    check(errors(distorted(camera, coefficients), pose, "auto", samples=FEWER))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_points_land_where_the_model_says_over_the_whole_frame(paper_rig, side):
     camera, pose = both(paper_rig)[side]
-    check(errors(camera, pose, "auto"))
+    check(errors(camera, pose, "auto", samples=FEWER))
 
 
 @pytest.mark.slow
