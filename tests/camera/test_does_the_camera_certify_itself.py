@@ -58,7 +58,10 @@ def test_every_parameter_is_recovered(scene, name):
 
 
 @pytest.mark.slow
-def test_the_command_prints_one_object_and_draws_the_plot(scene_path, tmp_path, capsys):
+def test_the_command_prints_one_object_and_draws_the_plot(
+    scene_path, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("simtip.bench_camera.SIDE_PX", 96)
     plot = tmp_path / "ptc.svg"
     with pytest.raises(SystemExit) as done:
         main(["camera", str(scene_path), "--json", "--plot", str(plot)])
