@@ -55,9 +55,6 @@ def _compose_once(composer, text):
 
 Composer.compose = _compose_once
 
-# No test cuts the power: that a file is synchronised, and when, is seen without waiting for a disk.
-os.fsync = lambda _: None
-
 # Until all tests are collected nothing is garbage, and then they need not be looked through again.
 gc.disable()
 
