@@ -51,6 +51,10 @@ CacheOption = Annotated[
 CacheSizeOption = Annotated[
     str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
 ]
+TimeLimitOption = Annotated[
+    float,
+    typer.Option("--time-limit", min=0.1, metavar="S", help="Of a trial, without its render."),
+]
 RetryFailedOption = Annotated[
     bool, typer.Option("--retry-failed", help="Also try again what failed.")
 ]

@@ -12,7 +12,7 @@ import typer
 
 from simtip.cli.detector_options import SettingsOption, chatter_aside, parse_settings
 from simtip.cli.errors import fail
-from simtip.cli.experiment import CacheOption, CacheSizeOption, WorkersOption
+from simtip.cli.experiment import CacheOption, CacheSizeOption, TimeLimitOption, WorkersOption
 from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say_aside, say_where
 from simtip.errors import InputError
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from simtip.regress.baseline import Baseline
     from simtip.regress.check import Outcome
     from simtip.regress.suite import Suite
+    from simtip.sweep.campaign import Means
 
 SUMMARY = "GITHUB_STEP_SUMMARY"
 
@@ -57,6 +58,7 @@ def record_baseline(
     workers: WorkersOption = None,
     cache: CacheOption = None,
     cache_size: CacheSizeOption = USUAL_SIZE,
+    time_limit: TimeLimitOption = 300.0,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -73,9 +75,10 @@ def record_baseline(
     _check_name(detector)
     chosen = Chosen(detector, parse_settings(settings), detector is not None)
     read = read_suite(suite)
+    means = Means(workers, None, backend, cache, cache_size, time_limit)
     with _working_in(None) as folder, chatter_aside():
         made = record(
-            *(read, chosen, out, folder, Means(workers, None, backend, cache, cache_size)),
+            *(read, chosen, out, folder, means),
             seed=seed,
             said=say_aside,
         )
@@ -120,6 +123,7 @@ def check_baseline(
     workers: WorkersOption = None,
     cache: CacheOption = None,
     cache_size: CacheSizeOption = USUAL_SIZE,
+    time_limit: TimeLimitOption = 300.0,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -129,6 +133,7 @@ def check_baseline(
     from simtip.regress.junit import junit_of
     from simtip.regress.markdown import markdown_of
     from simtip.regress.result import result_of, write_result
+    from simtip.sweep.campaign import Means
 
     added = (os.environ.get(SUMMARY) or None) if summary is None else None
     for place in (junit, summary):
@@ -139,7 +144,7 @@ def check_baseline(
     baseline, suite = _read(file)
     outcome = _checked(
         *(baseline, suite, out, detector, settings, seed, None),
-        *(workers, cache, cache_size, backend),
+        Means(workers, None, backend, cache, cache_size, time_limit),
     )
     result = result_of(outcome, file)
     try:
@@ -178,6 +183,7 @@ def update_baseline(
     workers: WorkersOption = None,
     cache: CacheOption = None,
     cache_size: CacheSizeOption = USUAL_SIZE,
+    time_limit: TimeLimitOption = 300.0,
     backend: BackendOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -186,6 +192,7 @@ def update_baseline(
     from simtip.output_folder import check_writable
     from simtip.regress.baseline_file import write_baseline
     from simtip.regress.record import updated
+    from simtip.sweep.campaign import Means
 
     if not reason.strip():
         raise InputError("is empty", field="--reason", remedy="say why the change is right")
@@ -202,7 +209,7 @@ def update_baseline(
         _refuse_other(baseline, detector, settings)
     outcome = _checked(
         *(baseline, suite, None, detector, settings, None, names),
-        *(workers, cache, cache_size, backend),
+        Means(workers, None, backend, cache, cache_size, time_limit),
     )
     made = updated(baseline, outcome, suite, file, names, reason.strip())
     write_baseline(file, made)
@@ -243,20 +250,16 @@ def _checked(
     settings: list[str] | None,
     seed: int | None,
     only: list[str] | None,
-    workers: int | None,
-    cache: Path | None,
-    cache_size: str,
-    backend: str | None,
+    means: Means,
 ) -> Outcome:
     from simtip.regress.check import check
     from simtip.regress.chosen import chosen_for
-    from simtip.sweep.campaign import Means
 
     _check_name(detector)
     chosen = chosen_for(baseline.detector, detector, parse_settings(settings))
     with _working_in(out) as folder, chatter_aside():
         return check(
-            *(baseline, suite, chosen, folder, Means(workers, None, backend, cache, cache_size)),
+            *(baseline, suite, chosen, folder, means),
             seed=seed,
             only=only,
             said=say_aside,

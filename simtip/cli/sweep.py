@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from simtip.cli.errors import fail
+from simtip.cli.experiment import TimeLimitOption
 from simtip.cli.options import BackendOption, JsonOption, named
 from simtip.cli.output import print_json, say
 from simtip.errors import InputError
@@ -54,10 +55,7 @@ def sweep(
     cache_size: Annotated[
         str, typer.Option("--cache-size", metavar="SIZE", help="Its limit; 0 for no cache.")
     ] = USUAL_SIZE,
-    time_limit: Annotated[
-        float,
-        typer.Option("--time-limit", min=0.1, metavar="S", help="Of a trial, without its render."),
-    ] = 300.0,
+    time_limit: TimeLimitOption = 300.0,
     backend: BackendOption = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only say how much there is to do.")

@@ -328,3 +328,19 @@ def test_nothing_found_is_no_baseline(cache, tmp_path):
     )
     assert "no tip was found" in error
     assert not (tmp_path / "b.yaml").exists()
+
+
+def test_a_program_that_hangs_ends_at_the_time_limit_and_is_named(tmp_path, cache):
+    suite = suite_file(tmp_path, repeats=2, cases=[{"name": "nominal"}])
+    run("record", suite, "-o", tmp_path / "base.yaml", cache=cache)
+    program = tmp_path / "hanging"
+    program.write_text("#!/bin/sh\nexec sleep 1000\n")
+    program.chmod(0o755)
+    said = run_as_users_do(
+        *("check", tmp_path / "base.yaml", "--json", "--workers", "1", "--time-limit", "2"),
+        *("--detector", f"cmd:{program} {{image}}"),
+        cache=cache,
+        code=2,
+    )
+    (line,) = [one for one in texts(json.loads(said), "could not tell") if "nominal" in one]
+    assert "2 of 2 before, 0 of 2 now: left_command_timed_out" in line
