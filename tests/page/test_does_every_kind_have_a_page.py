@@ -254,7 +254,7 @@ SPOILT = [
 @pytest.mark.parametrize(("kind", "name", "place", "value"), SPOILT)
 def test_a_value_that_no_command_writes_is_one_line(made, tmp_path, kind, name, place, value):
     folder = tmp_path / kind
-    shutil.copytree(made[kind], folder)
+    shutil.copytree(made[kind], folder, ignore=shutil.ignore_patterns("report.html"))
     data = json.loads((folder / name).read_text())
     part = data
     for key in place[:-1]:
