@@ -130,7 +130,8 @@ def _client(address: str) -> Any:
             "needs dask.distributed", field="--scheduler", remedy="pip install 'simtip[cluster]'"
         ) from error
     for name in list(logging.root.manager.loggerDict):
-        if name.startswith(("distributed", "tornado")):  # what goes wrong is said in one line of ours
+        # What goes wrong is said in our words, in one line.
+        if name.startswith(("distributed", "tornado")):
             logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         return client(address, timeout=CONNECT_S, set_as_default=False)
