@@ -29,6 +29,9 @@ TWINS = ("bevel", "bevel_away")
 ELSEWHERE = tuple((length, turn) for length in (0.85, 1.2) for turn in (-0.15, 0.15))
 """Where a bevel that still fits badly is begun anew: by how much its cut is longer, and turned."""
 
+STUCK_MISFIT = 10.0
+"""A bevel that fits so badly at its end may have got stuck."""
+
 NEAR = 1.5
 """Of bad fits ended in haste, those with at most so many times the best one's cost are ended."""
 
@@ -110,7 +113,7 @@ def _unhurried(
             best = ended
             if best.misfit < FITTING_MISFIT:
                 break
-    if best.misfit > GOOD_MISFIT and best.family.name in TWINS:
+    if best.misfit > STUCK_MISFIT and best.family.name in TWINS:
         best = _begun_elsewhere(scenery, best)
     if best.family.name == "wedge" and "cone" in names:
         cone = _ended(scenery, FAMILIES["cone"], *like(FAMILIES["cone"], best))
