@@ -44,6 +44,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def command_line() -> str:
     """Give every command's help, as Typer writes it."""
     words = [sys.executable, "-m", "typer", "simtip.cli", "utils", "docs", "--name", "simtip"]
-    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout  # noqa: S603
+    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout  # noqa: S603 (fixed words)
     named = told.replace("# `simtip`", "# Command line", 1).replace("```console", "```text")
     return LISTED.sub("", named)

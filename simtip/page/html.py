@@ -57,7 +57,7 @@ def html_of(page: Page) -> str:
             page=page,
             policy=policy,
             style=Markup(style),  # noqa: S704 (our own)
-            script=Markup(script),  # noqa: S704
+            script=Markup(script),  # noqa: S704 (our own)
             settings=Markup(_as_data(page.settings)),  # noqa: S704 (escaped)
             data={name: _packed(content) for name, content in page.data.items()},
             generator=GENERATOR,
