@@ -20,7 +20,7 @@ def undisturbed(tmp_path_factory):
     """A sweep file, and its rows when nothing goes wrong."""
     folder = tmp_path_factory.mktemp("undisturbed")
     file = sweep_file(folder, repeats=3)
-    said = summary(file, folder / "out", cache=folder / "cache")
+    said = summary(file, folder / "out", "--workers", 2, cache=folder / "cache")
     assert said["done"] == 96
     return file, folder / "out"
 
@@ -60,7 +60,7 @@ def test_of_the_whole_process_group(undisturbed, tmp_path):
         process.wait()
         if (out / "table.json").exists():
             rows(out)  # readable at any time
-    said = summary(file, out, cache=cache)
+    said = summary(file, out, "--workers", 2, cache=cache)
     assert said["found"] + said["done"] == 96
     assert_same_rows(out, expected)
 
@@ -87,7 +87,7 @@ def test_of_a_worker(undisturbed, tmp_path):
                 killed += 1
     assert process.wait(300) == 0
     # A trial whose process was killed several times over may have been given up.
-    run(file, out, "--retry-failed", cache=cache)
+    run(file, out, "--workers", 2, "--retry-failed", cache=cache)
     assert_same_rows(out, expected)
 
 
@@ -111,5 +111,5 @@ def test_an_interrupt_finishes_cleanly(undisturbed, tmp_path):
         assert process.returncode == 130
         assert "the same command goes on" in said
         assert "Traceback" not in said
-    summary(file, out, cache=cache)
+    summary(file, out, "--workers", 2, cache=cache)
     assert_same_rows(out, expected)
