@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parents[2]
 POSES = 200
 SETTLED = 10
-"""Poses after which memory is to have found its level."""
+"""Poses after which memory is to have found its level; every so many its kept part is read."""
 
 PRELUDE = """
 import json, sys
@@ -45,12 +45,27 @@ def poses(name, count, **render):
 """
 
 MEMORY = """
+import ctypes, gc
+import drjit as dr
+
+def resident_pages():
+    return int(open("/proc/self/statm").read().split()[1])
+
+def kept_pages():
+    gc.collect()
+    dr.sync_thread()
+    dr.flush_malloc_cache()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's
+    if trim is not None:
+        trim(0)
+    return resident_pages()
+
 found = []
+settled = int(sys.argv[2])
 for k, scene in enumerate(poses("01_single_tip", int(sys.argv[1]), noise=None, samples=16,
                                 light_step_mm=2.0)):
     render_pair(scene, seed=k)
-    pages = int(open("/proc/self/statm").read().split()[1])
-    found.append(pages)
+    found.append([resident_pages(), kept_pages() if k % settled == settled - 1 else None])
 print(json.dumps(found))
 """
 
@@ -91,9 +106,12 @@ def run(script, *arguments, caches):
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
 def test_memory_after_200_poses_is_that_after_10(tmp_path):
-    pages = run(MEMORY, str(POSES), caches=tmp_path)
-    assert len(pages) == POSES
-    assert max(pages[SETTLED:]) <= 1.05 * pages[SETTLED - 1]
+    """Kept memory; what Dr.Jit holds of freed arrays varies with its threads by an array or two."""
+    resident, kept = zip(*run(MEMORY, str(POSES), str(SETTLED), caches=tmp_path), strict=True)
+    assert len(resident) == POSES
+    settled, *later = [pages for pages in kept if pages is not None]
+    assert max(later) <= 1.02 * settled
+    assert max(resident[SETTLED:]) <= 1.15 * resident[SETTLED - 1]
 
 
 @pytest.mark.parametrize(
