@@ -46,10 +46,12 @@ def poses(name, count, **render):
 
 MEMORY = """
 import ctypes, gc
-import drjit as dr
+with activated(choose()):  # Dr.Jit alone would take any LLVM that it finds
+    import drjit as dr
 
 def resident_pages():
-    return int(open("/proc/self/statm").read().split()[1])
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1])
 
 def kept_pages():
     gc.collect()
