@@ -23,13 +23,14 @@ from simtip.detect.subpixel.first_look import (
 from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.no_needle import NoNeedleError
+from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
 from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
 from simtip.detect.subpixel.sight import tilt, tilt_deviation
 from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, by_tilt
-from simtip.detect.subpixel.tip_choice import FITTING_MISFIT, GOOD_MISFIT, TRIALS, best_tip, order
+from simtip.detect.subpixel.tip_choice import GOOD_MISFIT, POOR_MISFIT, TRIALS, best_tip, order
 from simtip.detect.subpixel.trace import Trace
 from simtip.geometry import Array
 
@@ -194,19 +195,22 @@ def _measured(
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
     # A guessed camera bends the shaft's begin where nothing may be bent.
     tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
+    kinds = order(wedge, parameters.tip)
     depth = max(*wedge[1:3]) * half * DEPTH_SHARE
+    if kinds[0] == "bevel":
+        depth = max(depth, half * usual_depth(FAMILIES["bevel"], wedge))
 
     def scenery(depth: float) -> Scenery:
         depth = min(depth, MOST_DEPTH_PX) + 2 * CLEAR_PX
         return scenery_of(turned, shaft, v_end, depth, traced.level, tilts)
 
     seen = scenery(depth)
-    tip = best_tip(seen, v_end, wedge, order(wedge, parameters.tip))
+    tip = best_tip(seen, v_end, wedge, kinds)
     needed = tip.family.depth(tip.values[2], tip.values[POSE:])
     if tip.family.name.startswith("bevel") and needed > depth:
         # A bevel's cut goes on beyond where its edge meets the shaft's side.
         seen = scenery(needed)
-        sure = tip.misfit < FITTING_MISFIT
+        sure = tip.misfit < POOR_MISFIT
         tip = best_tip(seen, v_end, wedge, (tip.family.name,) if sure else TRIALS["bevel"], tip)
     _require_tip(tip, traced, v_end, half, turned.shape)
     if tip.family.name.startswith("bevel"):

@@ -67,15 +67,20 @@ def find_bands(gray: Gray, widths_px: tuple[float, float], reduce: int | None = 
     """
     if reduce is None:
         reduce = max(1, -(-max(gray.shape) // LARGE_PX))
-    small = gray
-    if reduce > 1:
-        size = max(1, gray.shape[1] // reduce), max(1, gray.shape[0] // reduce)
-        small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), np.uint8)
-    scale = np.array([gray.shape[1] / small.shape[1], gray.shape[0] / small.shape[0]])
-    segments = _segments(small)
-    ends = (segments.reshape(-1, 2, 2) + 0.5) * scale - 0.5
+    segments = _segments(_reduced(gray, reduce))
+    ends = (segments.reshape(-1, 2, 2) + 0.5) * reduce - 0.5
     contrast = _contrast(gray, ends, max(2.0, 1.5 * reduce))
     return _joined(_pairs(ends, contrast, widths_px))
+
+
+def _reduced(gray: Gray, factor: int) -> Gray:
+    """Average squares of so many pixels a side; what is left at the right and below is dropped."""
+    height, width = (size // factor for size in gray.shape)
+    if factor == 1 or min(height, width) == 0:
+        return gray if factor == 1 else gray[:0]
+    # Whole squares: else it takes five times as long.
+    whole = gray[: height * factor, : width * factor]
+    return np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def _segments(gray: Gray) -> Array:

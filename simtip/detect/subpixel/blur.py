@@ -24,7 +24,7 @@ FINE = 8
 """Points across a cell, to draw the disc."""
 
 
-def transfer(f: Array, variance_px2: float, disc_share: float) -> tuple[Array, Array]:
+def transfer(f: Array, variance_px2: float | Array, disc_share: float) -> tuple[Array, Array]:
     """Give what is left of frequencies along a direction, and its derivative by the variance.
 
     Parameters
@@ -32,7 +32,7 @@ def transfer(f: Array, variance_px2: float, disc_share: float) -> tuple[Array, A
     f
         (n,) cycles per pixel.
     variance_px2
-        Of the blur along the direction, px^2.
+        Of the blur along the direction, px^2; or some, (m, 1).
     disc_share
         Of the variance, 0 to 1, what is the disc's.
     """

@@ -18,6 +18,7 @@ from simtip.detect.subpixel.picture import (
     SHAFT_COLUMNS,
     TIP_COLUMNS,
     Cover,
+    cover_change,
     shaft_columns,
     tip_columns,
 )
@@ -27,7 +28,7 @@ from simtip.geometry import Array
 
 BRIGHTNESS_DEVIATION = 0.3
 
-STEP_PX, SHAPE_STEP = 0.01, 0.005
+STEP_PX, SHAPE_STEP = 0.05, 0.01
 """Of the differences: for the pose, and for the shape, half widths or radians."""
 
 TILT_STEP = 0.005
@@ -165,36 +166,44 @@ def _off(scenery: Scenery, values: Array) -> float:
 def derivative(
     scenery: Scenery, family: Family, values: Array, found: Comparison, high: Array
 ) -> Array:
-    """Give the derivative of the picture near the needle at fixed brightness, by differences.
+    """Give the derivative of the picture near the needle at fixed brightness.
 
-    Over the noise, (n, parameters).
+    Over the noise, (n, parameters). Of the outline by differences, of the blur as well.
     """
-    here = _picture(scenery, found, found.cover)
-    change = np.empty((len(found.near), len(values)))
-    for k in range(len(values)):
-        if k == BLUR and not scenery.variance_deviation > 0:
-            change[:, k] = 0.0
-            continue
-        moved = values.copy()
-        step = STEP_PX if k < POSE else SHAPE_STEP
-        moved[k] += step if values[k] + step <= high[k] else -step
-        there = scenery.cover(scenery.place(family, moved), moved[BLUR])
-        change[:, k] = (_picture(scenery, found, there) - here) / (moved[k] - values[k])
+    steps = np.where(np.arange(len(values)) < POSE, STEP_PX, SHAPE_STEP)
+    steps = np.where(values + steps <= high, steps, -steps)
+    by_edges = [k for k in range(len(values)) if k != BLUR]
+    moved = []
+    for k in by_edges:
+        other = values.copy()
+        other[k] += steps[k]
+        moved.append(scenery.place(family, other))
+    placed = scenery.place(family, values)
+    cells = scenery.cells(values[BLUR])
+    by_cover = cover_change(placed, moved, steps[by_edges], cells)
+    change = np.zeros((len(found.near), len(values)))
+    change[:, by_edges] = _by_cover(scenery, found, by_cover.whole.T, by_cover.tip.T)
+    if scenery.variance_deviation > 0:
+        there = scenery.cover(placed, values[BLUR] + steps[BLUR])
+        change[:, BLUR] = (
+            _by_cover(scenery, found, there.whole - found.cover.whole, there.tip - found.cover.tip)
+            / steps[BLUR]
+        )
     return change
 
 
 def derivative_by_tilt(scenery: Scenery, family: Family, values: Array, found: Comparison) -> Array:
     """Give the derivative of the picture by the sight's tilt, as `derivative` does (n,)."""
     there = scenery.cover(scenery.tilted(TILT_STEP).place(family, values), values[BLUR])
-    here = _picture(scenery, found, found.cover)
-    return np.asarray((_picture(scenery, found, there) - here) / TILT_STEP)
+    whole, tip = there.whole - found.cover.whole, there.tip - found.cover.tip
+    return _by_cover(scenery, found, whole, tip) / TILT_STEP
 
 
-def _picture(scenery: Scenery, found: Comparison, there: Cover) -> Array:
-    """Give the picture near the needle with another cover at the same brightness."""
-    ground, shaft, tip = found.levels.T * scenery.precision[found.near]
-    whole, on_tip = there.whole[found.near], there.tip[found.near]
-    return np.asarray(whole * (shaft - ground) + on_tip * (tip - shaft))
+def _by_cover(scenery: Scenery, found: Comparison, whole: Array, tip: Array) -> Array:
+    """Give how the picture near the needle changes, over the noise, as covers (H W, ...) do."""
+    ground, shaft, on_tip = found.levels.T * scenery.precision[found.near]
+    changed = whole[found.near].T * (shaft - ground) + tip[found.near].T * (on_tip - shaft)
+    return np.asarray(changed.T)
 
 
 def shape_equations(

@@ -108,8 +108,8 @@ def brightness_integral(s: Array, even: int = EVEN_MODES, odd: int = ODD_MODES) 
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeTable:
-    """Profiles of a blurred needle of given width, and how they change.
+class EdgeTables:
+    """Profiles of a needle of given width under some blurs, and how they change.
 
     Columns (INSIDE + OUTSIDE): the brightness within, and the background.
 
@@ -118,7 +118,7 @@ class EdgeTable:
     start_px
         Distance x of the first entry; further ones follow by `STEP_PX`.
     tables
-        (n, 3, INSIDE + OUTSIDE) profile; its derivatives by x and by the blur's variance.
+        (blurs, n, 3, INSIDE + OUTSIDE) profile; its derivatives by x and by the blur's variance.
     """
 
     start_px: float
@@ -129,43 +129,45 @@ class EdgeTable:
         cls,
         half_px: float,
         reach_px: float,
-        slope: float,
-        variance_px2: float,
+        slope: Array,
+        variance_px2: Array,
         disc_share: float = 0.0,
-    ) -> EdgeTable:
-        """Build it for distances up to `reach_px` from the axis.
+    ) -> EdgeTables:
+        """Build them for distances up to `reach_px` from the axis.
 
         Parameters
         ----------
         half_px
             Half width of the needle.
         reach_px
-            Of the table to either side.
+            Of the tables to either side.
         slope
-            du/dv of the axis: a pixel's square spreads by its projection across the axis.
+            (blurs,) du/dv of the axis: a pixel's square spreads by its projection across the axis.
         variance_px2, disc_share
-            Of the lens's blur, see `simtip.detect.subpixel.blur.transfer`.
+            Of the lens's blur, (blurs,) and for all, see `simtip.detect.subpixel.blur.transfer`.
         """
-        pad = 4 + 5 * np.sqrt(variance_px2)
+        pad = 4 + 5 * np.sqrt(variance_px2.max())
         count = int(2 ** np.ceil(np.log2(2 * (reach_px + pad) / STEP_PX)))
         x = np.asarray((np.arange(count) - count / 2) * STEP_PX, np.float64)
-        cosine, sine = np.array([1, abs(slope)]) / np.hypot(1, slope)
+        cosine, sine = np.array([np.ones_like(slope), abs(slope)]) / np.hypot(1, slope)
         f = scipy.fft.rfftfreq(count, STEP_PX)
-        pixel = np.sinc(cosine * f) * np.sinc(sine * f) / np.sinc(STEP_PX * f)
-        lens, by_variance = transfer(f, variance_px2, disc_share)
-        shapes = np.stack([pixel * lens, 2j * np.pi * f * pixel * lens, pixel * by_variance])
+        pixel = np.sinc(cosine[:, None] * f) * np.sinc(sine[:, None] * f) / np.sinc(STEP_PX * f)
+        lens, by_variance = transfer(f, variance_px2[:, None], disc_share)
+        seen = pixel * lens
+        shapes = np.stack([seen, 2j * np.pi * f * seen, pixel * by_variance], axis=1)
         # In single precision: a part in ten million.
         spectrum = scipy.fft.rfft(_cells(x, half_px).astype(np.float32))
         middle, reach = count // 2, int(np.ceil(reach_px / STEP_PX)) + 1
-        tables = scipy.fft.irfft(shapes.astype(np.complex64)[:, None] * spectrum, count)
-        kept = tables[:, :, middle - reach : middle + reach + 1]
-        return cls(float(x[middle - reach]), np.ascontiguousarray(kept.transpose(2, 0, 1)))
+        tables = scipy.fft.irfft(shapes.astype(np.complex64)[:, :, None] * spectrum, count)
+        kept = tables[..., middle - reach : middle + reach + 1]
+        return cls(float(x[middle - reach]), np.ascontiguousarray(kept.transpose(0, 3, 1, 2)))
 
-    def at(self, x: Array) -> Array:
-        """Interpolate all three tables at distances (m,): (m, 3, INSIDE + OUTSIDE)."""
+    def at(self, x: Array, blur: int = 0) -> Array:
+        """Interpolate all three tables of a blur at distances (m,): (m, 3, INSIDE + OUTSIDE)."""
+        table = self.tables[blur]
         place = (x - self.start_px) / STEP_PX
-        k = np.minimum(np.maximum(place.astype(np.intp), 0), len(self.tables) - 2)
-        low, high = self.tables[k], self.tables[k + 1]
+        k = np.minimum(np.maximum(place.astype(np.intp), 0), len(table) - 2)
+        low, high = table[k], table[k + 1]
         high -= low
         return np.asarray(low + (place - k)[:, None, None] * high)
 

@@ -27,10 +27,9 @@ def mean_gray(image: Image, full_scale: int | None) -> NDArray[np.float32]:
     Every channel shows the needle, each with noise of its own: equal weights leave least noise
     where the background is white.
     """
-    values = image.astype(np.float32)
-    if values.ndim == 3:
-        third = np.full((1, 3), 1 / 3, np.float32)
-        values = np.asarray(cv2.transform(values, third), np.float32).reshape(image.shape[:2])
-    if image.dtype == np.uint16:
-        values *= np.float32(255 / (full_scale or 65535))
-    return values
+    scale = 1.0 if image.dtype == np.uint8 else 255 / (full_scale or 65535)
+    if image.ndim == 2:
+        return np.asarray(image * np.float32(scale), np.float32)
+    red, green, blue = cv2.split(np.ascontiguousarray(image))
+    total = cv2.add(cv2.add(red, green, dtype=cv2.CV_32F), blue, dtype=cv2.CV_32F)
+    return np.asarray(total * np.float32(scale / 3), np.float32)

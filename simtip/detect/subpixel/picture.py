@@ -142,52 +142,148 @@ class Cover:
     tip: Array
 
 
-def cover(placed: Placed, window: Window, variance_px2: float, disc_share: float = 0.0) -> Cover:
-    """Work out what an outline covers of a window's pixels, blurred.
+@dataclass(frozen=True)
+class Cells:
+    """A window's cells: `ROWS` to a pixel's height, and `COLUMNS` to its width if it is blurred.
 
-    For the blur see `simtip.detect.subpixel.blur`.
+    Along a row the cover is exact; finer columns are for the blur, and so is a border.
     """
-    sharp = variance_px2 < SHARP_PX2
-    pad = 0 if sharp else int(np.ceil(3 * np.sqrt(variance_px2)))
-    # Along a row the cover is exact; finer columns are for the blur.
-    fine = 1 if sharp else COLUMNS
-    rows, columns = (window.height + 2 * pad) * ROWS, (window.width + 2 * pad) * fine
-    v = window.v - pad - 0.5 + (np.arange(rows) + 0.5) / ROWS
-    u = window.u - pad - 0.5
+
+    window: Window
+    variance_px2: float
+    disc_share: float
+
+    @property
+    def pad(self) -> int:
+        """Width of the border, px."""
+        sharp = self.variance_px2 < SHARP_PX2
+        return 0 if sharp else int(np.ceil(3 * np.sqrt(self.variance_px2)))
+
+    @property
+    def fine(self) -> int:
+        """Columns of cells to a pixel."""
+        return COLUMNS if self.pad else 1
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of cells."""
+        border = 2 * self.pad
+        return (self.window.height + border) * ROWS, (self.window.width + border) * self.fine
+
+    @property
+    def rows(self) -> Array:
+        """Each row's middle v."""
+        first = self.window.v - self.pad - 0.5
+        return np.asarray(first + (np.arange(self.shape[0]) + 0.5) / ROWS)
+
+    @property
+    def left(self) -> float:
+        """Give u at which the first column begins."""
+        return self.window.u - self.pad - 0.5
+
+    @property
+    def columns(self) -> Array:
+        """Each column's middle u."""
+        return np.asarray(self.left + (np.arange(self.shape[1]) + 0.5) / self.fine)
+
+    def pixels(self, cells: NDArray[np.float32]) -> Array:
+        """Blur cells and give the pixels' means (H W,)."""
+        pad = self.pad
+        if pad:
+            cells = blurred(cells, self.variance_px2, self.disc_share, (ROWS, COLUMNS))
+        inner = cells[
+            pad * ROWS : len(cells) - pad * ROWS,
+            pad * COLUMNS : cells.shape[1] - pad * COLUMNS,
+        ]
+        # Whole cells to a pixel: their mean.
+        size = self.window.width, self.window.height
+        pixels = cv2.resize(inner, size, interpolation=cv2.INTER_AREA)
+        return np.asarray(pixels.reshape(-1), np.float64)
+
+
+def cover(placed: Placed, cells: Cells) -> Cover:
+    """Work out what an outline covers of a window's pixels, blurred."""
+    v = cells.rows
     left, right, inner_left, inner_right, there = placed.intervals(v)
-    # From the first column on, that single precision suffices.
-    cells = np.arange(columns, dtype=np.float32)
-    whole = _covered(cells, (left - u) * fine, (right - u) * fine)
+    whole = _covered(cells, left, right)
     if placed.facet is None:
-        tip = whole * placed.before_shaft(u + (np.arange(columns) + 0.5) / fine, v)
+        tip = whole * placed.before_shaft(cells.columns, v)
     else:
-        tip = _covered(cells, (inner_left - u) * fine, (inner_right - u) * fine)
+        tip = _covered(cells, inner_left, inner_right)
         tip *= there.astype(np.float32)[:, None]
-    if pad:
-        whole, tip = (
-            blurred(part, variance_px2, disc_share, (ROWS, COLUMNS)) for part in (whole, tip)
-        )
-    return Cover(_to_pixels(whole, window, pad), _to_pixels(tip, window, pad))
+    return Cover(cells.pixels(whole), cells.pixels(tip))
 
 
-def _covered(cells: NDArray[np.float32], left: Array, right: Array) -> NDArray[np.float32]:
-    """Give the part of each cell that begins at cells (n,) from left to right (m,): (m, n)."""
-    found = right.astype(np.float32)[:, None] - cells
-    at_left = left.astype(np.float32)[:, None] - cells
+def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells) -> Cover:
+    """Give the derivatives of `cover` by parameters of an outline.
+
+    A cover changes only where an edge is: by how fast that moves. Steps of about a row of cells
+    are best: less would see no change of an end that lies between two rows.
+
+    Parameters
+    ----------
+    placed
+        The outline.
+    moved, steps
+        The same with each of some parameters (k,) changed by so much.
+    cells
+        Of the window.
+
+    Returns
+    -------
+    change
+        (k, H W) each.
+    """
+    v, u = cells.rows, cells.columns
+    *edges, there = placed.intervals(v)
+    shaft = None
+    if placed.facet is None:
+        shaft = _covered(cells, edges[0], edges[1]), placed.before_shaft(u, v)
+    whole, tip = [], []
+    for other, step in zip(moved, steps, strict=True):
+        *now, _ = other.intervals(v)
+        change = _edges_change(cells, edges[:2], now[:2], step)
+        whole.append(cells.pixels(change))
+        if shaft is not None:
+            covered, before = shaft
+            tip_change = change * before
+            tip_change += covered * ((other.before_shaft(u, v) - before) / np.float32(step))
+        elif placed.facet is not None and len(placed.facet):
+            tip_change = _edges_change(cells, edges[2:], now[2:], step)
+            tip_change *= there.astype(np.float32)[:, None]
+        else:
+            tip_change = np.zeros(cells.shape, np.float32)
+        tip.append(cells.pixels(tip_change))
+    return Cover(np.array(whole), np.array(tip))
+
+
+def _edges_change(
+    cells: Cells, before: list[Array], after: list[Array], step: float
+) -> NDArray[np.float32]:
+    """Give how fast cells' cover changes with the left and the right edge of each row."""
+    rows, columns = cells.shape
+    found = np.zeros(rows * columns, np.float32)
+    for old, new, sign in zip(before, after, (-cells.fine, cells.fine), strict=True):
+        k = np.floor(((old + new) / 2 - cells.left) * cells.fine).astype(np.intp)
+        (seen,) = np.nonzero((k >= 0) & (k < columns) & (old != new))
+        speed = sign * (new[seen] - old[seen]) / step
+        found[seen * columns + k[seen]] += speed.astype(np.float32)
+    return found.reshape(rows, columns)
+
+
+def _covered(cells: Cells, left: Array, right: Array) -> NDArray[np.float32]:
+    """Give the part of each cell from left to right (rows,): (rows, columns)."""
+    # From the first column on, that single precision suffices.
+    first = np.arange(cells.shape[1], dtype=np.float32)
+    found, at_left = (
+        ((edge - cells.left) * cells.fine).astype(np.float32)[:, None] - first
+        for edge in (right, left)
+    )
     for part in (found, at_left):
         np.minimum(part, 1, out=part)
         np.maximum(part, 0, out=part)
     found -= at_left
     return found
-
-
-def _to_pixels(cells: NDArray[np.float32], window: Window, pad: int) -> Array:
-    inner = cells[
-        pad * ROWS : len(cells) - pad * ROWS, pad * COLUMNS : cells.shape[1] - pad * COLUMNS
-    ]
-    # Whole cells to a pixel: their mean.
-    pixels = cv2.resize(inner, (window.width, window.height), interpolation=cv2.INTER_AREA)
-    return np.asarray(pixels.reshape(-1), np.float64)
 
 
 def _mean_brightness(low: Array, high: Array, even: int, odd: int) -> Array:

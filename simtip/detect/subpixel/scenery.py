@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.outline import Family
-from simtip.detect.subpixel.picture import Cover, Placed, Window, cover, ground_columns
+from simtip.detect.subpixel.picture import Cells, Cover, Placed, Window, cover, ground_columns
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.geometry import Array
 
@@ -129,9 +129,13 @@ class Scenery:
         x, z = family.apex(values[2], values[POSE:], self.tilt)
         return np.asarray(placed.origin + x * across + z * placed.hub)
 
+    def cells(self, variance_px2: float) -> Cells:
+        """Give the window's cells in a picture so blurred."""
+        return Cells(self.window, variance_px2, self.shaft.disc_share)
+
     def cover(self, placed: Placed, variance_px2: float) -> Cover:
         """Work out what an outline covers in a picture so blurred."""
-        return cover(placed, self.window, variance_px2, self.shaft.disc_share)
+        return cover(placed, self.cells(variance_px2))
 
 
 def window_about(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simtip.detect.subpixel.edge_table import INSIDE, OUTSIDE, EdgeTable
+from simtip.detect.subpixel.edge_table import INSIDE, OUTSIDE, EdgeTables
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_pixels import Bins
 from simtip.geometry import Array
@@ -62,6 +62,7 @@ class Equations:
     def step(self, damping: float, room: Array) -> tuple[Array, float]:
         """Give a damped Gauss-Newton step of the shape, and what it promises of the cost.
 
+        What the brightness alone would gain, whose best depends on the weights, is no promise.
         `room` (2,) is how far the variances may fall; one that would fall further is held.
         """
         H = self.H + damping * np.diag(
@@ -79,7 +80,9 @@ class Equations:
             if not low.any():
                 break
             free &= ~low
-        return np.asarray(step[self.first :]), float(step @ self.g)
+        bright = self.g[: self.first]
+        alone = float(bright @ np.linalg.solve(self.H[: self.first, : self.first], bright))
+        return np.asarray(step[self.first :]), float(step @ self.g) - alone
 
     def covariance(self) -> Array:
         """Give the shape's covariance."""
@@ -88,7 +91,6 @@ class Equations:
 
 def equations_of(bins: Bins, shaft: Shaft) -> Equations:
     """Work out the normal equations at a shaft: brightness at its best, each ground eliminated."""
-    blocks = len(bins.v)
     t = shaft.t(bins.v)
     own = shaft.half_px(bins.v)[:, None]
     half = float(np.mean(own))
@@ -97,11 +99,7 @@ def equations_of(bins: Bins, shaft: Shaft) -> Equations:
     x = (bins.x - (shaft.axis_u(bins.v) - bins.axis_u)[:, None] * cosine) * scale
     even = abs(shaft.variance[0] - shaft.variance[1]) < EVEN_PX2
     segments = 1 if even else SEGMENTS
-    parts = [
-        _profiles(shaft, x[part], bins.v[part], half)
-        for part in np.array_split(np.arange(blocks), min(segments, blocks))
-    ]
-    value, by_x, by_variance = (np.concatenate(kind) for kind in zip(*parts, strict=True))
+    value, by_x, by_variance = _profiles(shaft, x, bins.v, half, segments)
     y = bins.value
     powers = t[:, None] ** np.arange(BRIGHTNESS_DEGREE + 1)
     weight = bins.count / (shaft.noise[0] + shaft.noise[1] * np.clip(y, 0, None))
@@ -158,16 +156,21 @@ def _design(shaft: Shaft, t: Array, powers: Array) -> Array:
     return design
 
 
-def _profiles(shaft: Shaft, x: Array, v: Array, half: float) -> Array:
-    """Give profile and derivatives (3, blocks, bins, columns) of some neighbouring blocks."""
-    middle = np.array(float(v.mean()))
-    variance = float(shaft.variance_px2(middle))
-    slope = float(shaft.slope(middle))
-    table = EdgeTable.build(half, float(np.abs(x).max()) + 0.1, slope, variance, shaft.disc_share)
-    found = np.moveaxis(table.at(x.reshape(-1)).reshape(*x.shape, 3, -1), 2, 0)
-    # Each block's own blur, in the table's scale.
+def _profiles(shaft: Shaft, x: Array, v: Array, half: float, segments: int) -> Array:
+    """Give profile and derivatives (3, blocks, bins, columns), each segment's about one blur."""
+    parts = np.array_split(np.arange(len(v)), min(segments, len(v)))
+    middles = np.array([v[part].mean() for part in parts])
+    variance = shaft.variance_px2(middles)
+    reach = float(np.abs(x).max()) + 0.1
+    tables = EdgeTables.build(half, reach, shaft.slope(middles), variance, shaft.disc_share)
+    found = np.empty((3, *x.shape, INSIDE + OUTSIDE))
+    for k, part in enumerate(parts):
+        there = tables.at(x[part].reshape(-1), k).reshape(*x[part].shape, 3, -1)
+        found[:, part] = np.moveaxis(there, 2, 0)
+    # Each block's own blur, in the tables' scale.
     own = shaft.variance_px2(v) * (half / shaft.half_px(v)) ** 2
-    found[0] += (own - variance)[:, None, None] * found[2]
+    about = np.repeat(variance, [len(part) for part in parts])
+    found[0] += (own - about)[:, None, None] * found[2]
     return found
 
 
@@ -224,9 +227,12 @@ def _amplitudes(
     """
     k, count = value.shape[2] - OUTSIDE, powers.shape[1]
     normal, right = _normal(value, y, weight, k)
-    H = np.einsum("bi,bj,bkl->ikjl", powers, powers, normal, optimize=True)
-    g = np.einsum("bi,bk->ik", powers, right).reshape(-1)
-    shared = np.linalg.solve(H.reshape(count * k, count * k) + precision, g + wanted)
+    products = (powers[:, :, None] * powers[:, None]).reshape(-1, count**2)
+    H = (products.T @ normal.reshape(-1, k**2)).reshape(count, count, k, k).swapaxes(1, 2)
+    g = (powers.T @ right).reshape(-1)
+    shared: Array = np.linalg.solve(H.reshape(count * k, count * k) + precision, g + wanted).astype(
+        np.float64
+    )
     inside = powers @ shared.reshape(count, k)
     rest = y - _times(value[..., :k], inside)
     outer = value[..., k:]

@@ -26,8 +26,11 @@ FIRST_MISFIT, BLURRED_MISFIT, SHARP_PX2 = 12.0, 2.0, 0.2
 """A shaft that fits so well after the first start's steps is taken, the former if it is so sharp:
 in a blurred picture the kinds of blur have to be told apart."""
 
-RACE_STEPS, RACE_WINNERS = 6, 2
-"""Steps that the other starts take on merged pixels, and how many of them go on."""
+HALVED_STEPS = 3
+"""Of a shaft on half its rows, to see whether it fits those better."""
+
+RACE = ((2, 6), (2, 3), (2, 2))
+"""Rounds of the race of starts on merged pixels: steps of each, and how many go on."""
 
 LEAST_VARIANCE_PX2 = 0.003
 
@@ -44,6 +47,7 @@ def fit(
     rows: NDArray[np.intp],
     starts: list[Shaft],
     likely: Callable[[Shaft], bool],
+    seen: Shaft | None = None,
 ) -> Shaft:
     """Fit a shaft to rows of the turned gray image (H, W).
 
@@ -58,11 +62,16 @@ def fit(
         those goes on.
     likely
         Says of a shaft whether it can be; if none can, the width is held where the starts have it.
+    seen
+        What a glance from the first start made of these rows.
     """
     rows = _whole_blocks(rows)
-    noise = noise_of(image, rows, starts[0])
+    noise = noise_of(image, rows, starts[0]) if seen is None else seen.noise
     free = [replace(start, noise=noise) for start in starts]
-    best = _best_of(image, rows, free, likely)
+    if seen is not None and fits(seen) and likely(seen):
+        best: Shaft | None = seen
+    else:
+        best = _best_of(image, rows, [seen or free[0], *free[1:]], likely)
     if best is not None:
         ended = _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
         if likely(ended):
@@ -77,6 +86,12 @@ def glance(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft) -> 
     rows = _whole_blocks(rows)
     known = replace(start, noise=noise_of(image, rows, start))
     return _settled(merge(sort_pixels(image, rows, known)), known, FIRST_STEPS)
+
+
+def halved(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Shaft:
+    """Take a shaft's next steps on some of its rows alone."""
+    rows = _whole_blocks(rows)
+    return _settled(sort_pixels(image, rows, shaft), shaft, HALVED_STEPS)
 
 
 def is_sharp(shaft: Shaft) -> bool:
@@ -110,10 +125,18 @@ def _best_of(
         first = _settled(bins, starts[0], FIRST_STEPS)
     if fits(first) and likely(first):
         return first
-    raced = [first, *(_settled(merged, start, RACE_STEPS) for start in starts[1:])]
-    ahead = sorted((one for one in raced if likely(one)), key=lambda one: one.cost)[:RACE_WINNERS]
-    tried = [_settled(bins, one, FIRST_STEPS) for one in ahead]
+    tried = [
+        _settled(bins, one, FIRST_STEPS) for one in _winners(merged, [first, *starts[1:]], likely)
+    ]
     return min((one for one in tried if likely(one)), key=lambda one: one.cost, default=None)
+
+
+def _winners(merged: Bins, field: list[Shaft], likely: Callable[[Shaft], bool]) -> list[Shaft]:
+    """Let starts take steps, the worse ones fewer; those that can be are before all others."""
+    for steps, kept in RACE:
+        field = [_settled(merged, one, steps) for one in field]
+        field = sorted(field, key=lambda one: (not likely(one), one.cost))[:kept]
+    return [one for one in field if likely(one)]
 
 
 def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.shaft import Shaft
-from simtip.detect.subpixel.shaft_fit import fit, fits, glance, is_sharp
+from simtip.detect.subpixel.shaft_fit import fit, fits, glance, halved, is_sharp
 from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 
 START_BLURS = (
@@ -22,6 +22,9 @@ START_BLURS = (
 UNEVEN_MISFIT, EVENER = 3.0, 0.4
 """A shaft that fits worse is tried anew with half its rows; they are taken if at most such a part
 of the misfit is left: of what fits badly everywhere, more rows tell more."""
+
+HOPEFUL = 1.4
+"""So many times that is left at most, after the first steps, of what is worth all of them."""
 
 SHORTEST_HALVED = 8 * BLOCK_ROWS
 
@@ -38,35 +41,48 @@ looked anew around a shaft that was moved by more than a pixel."""
 
 def even_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
     """Fit the shaft; where a highlight comes and goes along it, only the part next to the tip."""
-    rows, seen = _even_at_a_glance(image, rows, begun)
-    shaft = _fitted(image, rows, begun, seen)
+    rows, start, seen = _even_at_a_glance(image, rows, begun)
+    shaft = _fitted(image, rows, start, seen)
     while shaft.misfit > UNEVEN_MISFIT and len(rows) >= SHORTEST_HALVED:
         rows = rows[len(rows) // 2 :]
-        shorter = _fitted(image, rows, begun)
+        if not _promising(image, rows, shaft):
+            break
+        shorter = _fitted(image, rows, _start(image, rows, begun))
         if shorter.misfit > EVENER * shaft.misfit:
             break
         shaft = shorter
     return shaft
 
 
+def _promising(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> bool:
+    """Say whether a shaft might fit some of its rows so much better that they are taken."""
+    try:
+        part = halved(image, rows, shaft)
+    except np.linalg.LinAlgError:
+        return True
+    return part.misfit < HOPEFUL * EVENER * shaft.misfit
+
+
 def _even_at_a_glance(
     image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft
-) -> tuple[NDArray[np.intp], Shaft | None]:
-    """Give the rows without those that are plainly uneven, and what a first look makes of them.
+) -> tuple[NDArray[np.intp], Shaft, Shaft | None]:
+    """Give the rows without those that are plainly uneven, a start, and what a look from it shows.
 
     What is sharp and fits badly is no matter of the blur: others need not be tried to see that.
     """
+    start = _start(image, rows, begun)
     try:
-        seen = glance(image, rows, _start(image, rows, begun))
+        seen = glance(image, rows, start)
         while is_sharp(seen) and not fits(seen) and len(rows) >= SHORTEST_HALVED:
             shorter = rows[len(rows) // 2 :]
-            part = glance(image, shorter, _start(image, shorter, begun))
+            other = _start(image, shorter, begun)
+            part = glance(image, shorter, other)
             if not is_sharp(part) or part.misfit > min(UNEVEN_MISFIT, EVENER * seen.misfit):
                 break
-            rows, seen = shorter, part
+            rows, start, seen = shorter, other, part
     except np.linalg.LinAlgError:
-        return rows, None
-    return rows, seen
+        return rows, start, None
+    return rows, start, seen
 
 
 def _start(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
@@ -92,19 +108,18 @@ def _start(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> 
 
 
 def _fitted(
-    image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft, seen: Shaft | None = None
+    image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft, seen: Shaft | None = None
 ) -> Shaft:
     """Fit the shaft from several blurs; from the sharpest as far as it was seen already."""
-    start = _start(image, rows, begun)
     half = float(start.width[0])
-    starts = [seen or start, *(_blurred(start, *blur) for blur in START_BLURS[1:])]
+    starts = [start, *(_blurred(start, *blur) for blur in START_BLURS[1:])]
 
     def likely(one: Shaft) -> bool:
         # In a blurred picture a wider, sharper needle with bright rims looks nearly the same.
         return bool(abs(one.width[0] - half) < _slack_px(one))
 
     try:
-        return fit(image, rows, starts, likely)
+        return fit(image, rows, starts, likely, seen)
     except np.linalg.LinAlgError as error:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"

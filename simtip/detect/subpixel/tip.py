@@ -24,6 +24,7 @@ from simtip.detect.subpixel.comparison import (
 )
 from simtip.detect.subpixel.outline import Family
 from simtip.detect.subpixel.scenery import POSE, Scenery
+from simtip.detect.subpixel.tip_start import Start
 from simtip.geometry import Array
 
 SLOPE_LEVER = 0.3
@@ -35,8 +36,12 @@ freer shape scatters more, so it has to describe the picture clearly better."""
 DOUBT = 0.5
 """How unsure such a comparison is, in the penalty for a parameter."""
 
-SETTLED = 0.05
-"""Change of the cost, over the misfit, at which a fit ends."""
+SETTLED, HASTY_SETTLED = 0.05, 2.0
+"""Change of the cost, over the misfit, at which a fit ends, and one in haste."""
+
+VAIN = 40
+"""A fit ends, too, at a step that failed and promised less than so many times that: covers of
+pixels change with their borders, and the cost is no smoother."""
 
 PATIENCE = 3.0
 """A fit goes on while so many times what its next step promises would make it the best."""
@@ -47,17 +52,9 @@ BAD_MISFIT, SLOW_GAIN = 20.0, 0.15
 FAILED_DAMPING = 0.05
 """At least so much after a step that failed: less would try the same step again."""
 
-USUALLY_AHEAD_PX, ELSE_AHEAD_PX = 2.5, (0.0, 5.0)
-"""How far beyond the last row that shows the needle its end is, and else may be: rows fall short of
-it."""
-
 MOST_STEPS = 25
 
 LEAST_VARIANCE_PX2 = 0.003
-
-BEVELS = {"bevel", "bevel_away"}
-ROUNDED = 0.1
-"""Of a cone's end, half widths, to see whether a round one fits better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +73,12 @@ class TipFit:
         (2,) u, v of the apex.
     tip_covariance
         (2, 2) px^2 of it.
-    cost
-        -2 log likelihood.
-    misfit
-        Mean squared residual over the noise.
-    residual
-        (H W,) gray values less the fit.
+    found
+        The outline held against the pixels.
+    change
+        (n, values) derivative of the picture near the needle, see `comparison.derivative`.
+    settled
+        Whether it was fitted to the end, and not left in haste.
     """
 
     family: Family
@@ -89,9 +86,24 @@ class TipFit:
     covariance: Array
     tip: Array
     tip_covariance: Array
-    cost: float
-    misfit: float
-    residual: Array
+    found: Comparison
+    change: Array
+    settled: bool
+
+    @property
+    def cost(self) -> float:
+        """-2 log likelihood."""
+        return self.found.cost
+
+    @property
+    def misfit(self) -> float:
+        """Mean squared residual over the noise."""
+        return self.found.misfit
+
+    @property
+    def residual(self) -> Array:
+        """Gray values less the fit (H W,)."""
+        return self.found.residual
 
     def better_than(self, other: TipFit) -> bool:
         """Say whether it describes the same pixels better, for its number of parameters.
@@ -126,7 +138,7 @@ class TipFit:
 def fit_tip(
     scenery: Scenery,
     family: Family,
-    starts: list[Array],
+    start: Start,
     rival: TipFit | None = None,
     *,
     hasty: bool = False,
@@ -139,12 +151,13 @@ def fit_tip(
         The pixels and the shaft.
     family
         The outline.
-    starts
-        Values to begin with: from those that fit best. One at least.
+    start
+        Where to begin.
     rival
         A fit to the same pixels. The attempt ends as soon as steps promise too little to beat it.
     hasty
-        Whether to end, too, where a bad fit gets better by little: there may be better families.
+        Whether to end early, and where a bad fit gets better by little: there may be better
+        families.
 
     Returns
     -------
@@ -153,7 +166,7 @@ def fit_tip(
     """
     low = np.array([-np.inf, -np.inf, 0.5, LEAST_VARIANCE_PX2, *family.low])
     high = np.array([*[np.inf] * POSE, *family.high])
-    values, found = _best_start(scenery, family, starts)
+    values, found = start.values, start.found
     damping = 1e-2
     fresh = False
     for _ in range(MOST_STEPS):
@@ -165,7 +178,7 @@ def fit_tip(
         free = ~(((values <= low) & (g < 0)) | ((values >= high) & (g > 0)))
         step = _step(H, g, free, damping)
         promised = float(step @ g)
-        enough = SETTLED * max(1.0, found.misfit)
+        enough = (HASTY_SETTLED if hasty else SETTLED) * max(1.0, found.misfit)
         if rival is not None and _hopeless(found, values, promised, rival):
             return None
         if promised < enough:
@@ -173,23 +186,39 @@ def fit_tip(
         step[:POSE] = np.clip(step[:POSE], -3, 3)
         tried = np.clip(values + step, low, high)
         there = compare(scenery, family, tried)
-        if not there.cost < found.cost:
+        gain = found.cost - there.cost
+        if not gain > 0:
             damping = max(damping * 8, FAILED_DAMPING)
-            if damping > 1e4:
+            if damping > 1e4 or promised < VAIN * enough:
                 break
             continue
-        gain = found.cost - there.cost
         slow = hasty and there.misfit > BAD_MISFIT and gain < SLOW_GAIN * found.cost
-        settled = gain < enough
-        values, found, fresh = tried, there, False
+        change, fresh = _carried(scenery, change, found, there), False
+        values, found = tried, there
         damping = max(damping / 8, 1e-5)
-        if settled or slow:
+        if gain < enough or slow:
             break
-    return _ended(scenery, family, values, found, H)
+    return _ended(scenery, family, values, found, change, settled=not hasty)
 
 
-def _ended(scenery: Scenery, family: Family, values: Array, found: Comparison, H: Array) -> TipFit:
-    """Give the fit at the end of its steps, H its normal matrix there or one small step before."""
+def _carried(scenery: Scenery, change: Array, found: Comparison, there: Comparison) -> Array:
+    """Give a derivative near the needle for where it has moved to, by a small step."""
+    everywhere = np.zeros((len(scenery.value), change.shape[1]))
+    everywhere[found.near] = change
+    return np.asarray(everywhere[there.near])
+
+
+def _ended(
+    scenery: Scenery,
+    family: Family,
+    values: Array,
+    found: Comparison,
+    change: Array,
+    *,
+    settled: bool,
+) -> TipFit:
+    """Give the fit at the end of its steps, `change` as there or some small steps before."""
+    H, _ = shape_equations(scenery, values, found, change)
     inside = np.array(
         [True] * POSE
         + [
@@ -207,9 +236,9 @@ def _ended(scenery: Scenery, family: Family, values: Array, found: Comparison, H
         covariance,
         tip,
         turn @ covariance @ turn.T + _of_slope(scenery),
-        found.cost,
-        found.misfit,
-        found.residual,
+        found,
+        change,
+        settled,
     )
 
 
@@ -218,10 +247,7 @@ def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
 
     A bevel seen under another tilt is fitted by another shape, the picture being the same.
     """
-    family, values = fit.family, fit.values
-    high = np.array([*[np.inf] * POSE, *family.high])
-    found = compare(scenery, family, values)
-    change = derivative(scenery, family, values, found, high)
+    family, values, found, change = fit.family, fit.values, fit.found, fit.change
     H, _ = shape_equations(scenery, values, found, change)
     tilting = derivative_by_tilt(scenery, family, values, found)
     known = np.linalg.solve(found.normal, found.columns.T @ tilting)
@@ -273,54 +299,3 @@ def _of_slope(scenery: Scenery) -> Array:
     slope = float(scenery.shaft.slope(v))
     across = np.array([1.0, -slope]) / np.hypot(1, slope)
     return np.asarray((lever * scenery.slope_deviation) ** 2 * np.outer(across, across))
-
-
-def usual_starts(
-    scenery: Scenery, family: Family, v_end: float, begin: Array, *, few: bool
-) -> list[Array]:
-    """Give values to begin with: shapes, and for the best of them some places of the end.
-
-    Parameters
-    ----------
-    scenery
-        The pixels and the shaft.
-    family
-        The outline.
-    v_end
-        The last row that shows the needle.
-    begin
-        What the edges suggest, see `simtip.detect.subpixel.start`.
-    few
-        Whether shapes are enough.
-    """
-    starts = [
-        np.array([v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, scenery.variance_px2, *shape])
-        for shape in family.starts(begin)
-    ]
-    if few:
-        return starts
-    best, _ = _best_start(scenery, family, starts)
-    return [best, *(np.array([v_end + ahead, *best[1:]]) for ahead in ELSE_AHEAD_PX)]
-
-
-def like(family: Family, other: TipFit | None) -> list[Array]:
-    """Give the values, none or one, at which a family looks as another's fit does."""
-    if other is None:
-        return []
-    pose, shape = other.values[:POSE], other.values[POSE:]
-    name = other.family.name
-    if len(shape) == len(family.low) and (name == family.name or {name, family.name} == BEVELS):
-        return [other.values]
-    if name == "cone" and family.name == "wedge":
-        return [np.array([*pose, 0.0, shape[0], shape[0]])]
-    if name == "wedge" and family.name == "cone":
-        return [np.array([*pose, (shape[1] + shape[2]) / 2])]
-    if name == "cone" and family.name == "round":
-        return [np.array([*pose, shape[0], ROUNDED])]
-    return []
-
-
-def _best_start(scenery: Scenery, family: Family, starts: list[Array]) -> tuple[Array, Comparison]:
-    compared = [compare(scenery, family, values) for values in starts]
-    best = int(np.argmin([one.cost for one in compared]))
-    return starts[best], compared[best]

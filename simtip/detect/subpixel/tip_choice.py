@@ -9,7 +9,15 @@ from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.outline import FAMILIES, Family
 from simtip.detect.subpixel.parameters import TipKind
 from simtip.detect.subpixel.scenery import POSE, Scenery
-from simtip.detect.subpixel.tip import TipFit, fit_tip, like, usual_starts
+from simtip.detect.subpixel.tip import TipFit, fit_tip
+from simtip.detect.subpixel.tip_start import (
+    TWINS,
+    Start,
+    best_start,
+    elsewhere,
+    like,
+    usual_values,
+)
 from simtip.geometry import Array
 
 FITTING_MISFIT = 2.0
@@ -17,14 +25,15 @@ FITTING_MISFIT = 2.0
 
 GOOD_MISFIT = 4.0
 
+POOR_MISFIT = 12.0
+"""Of a fit that others need not beat: what begins badly may end well."""
+
 PLAIN_MISFIT = 1.8
 """A cone that fits so well is not rounded."""
 
+ON_AXIS = {"cone", "round"}
 OFF_AXIS = 0.3
 """A tip so far from the axis, in half widths, is first taken for a bevel."""
-
-TWINS = ("bevel", "bevel_away")
-"""Each other's mirror image in depth: where one fits badly, the other may begin."""
 
 ELSEWHERE = tuple((length, turn) for length in (0.85, 1.2) for turn in (-0.15, 0.15))
 """Where a bevel that still fits badly is begun anew: by how much its cut is longer, and turned."""
@@ -65,17 +74,12 @@ def best_tip(
     best: TipFit | None = None
     tried: list[TipFit] = []
     for name in names:
-        if best is not None and best.misfit < FITTING_MISFIT and not _kin(name, best):
+        if best is not None and _needless(name, best, begin):
             continue
         family = FAMILIES[name]
-        close = best or before
-        starts = like(family, close)
-        again = best is None and before is not None and before.misfit < FITTING_MISFIT
-        if not starts or (name.startswith("bevel") and not again):
-            few = bool(starts) and close is not None and close.misfit < GOOD_MISFIT
-            starts += usual_starts(scenery, family, v_end, begin, few=few)
         try:
-            found = fit_tip(scenery, family, starts, _rival(name, best), hasty=True)
+            start = _start(scenery, family, v_end, begin, best or before)
+            found = fit_tip(scenery, family, start, _rival(name, best), hasty=True)
         except np.linalg.LinAlgError:
             continue
         if found is None:
@@ -85,30 +89,45 @@ def best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
+    # None was better: the haste is over.
+    best = _ended(scenery, best.family, best.values) or best
     if best.misfit > GOOD_MISFIT:
-        # None was better: the haste is over.
         return _unhurried(scenery, best, tried, names)
-    return _undecided(best, tried)
+    return _undecided(scenery, best, tried)
 
 
-def _undecided(best: TipFit, tried: list[TipFit]) -> TipFit:
+def _start(
+    scenery: Scenery, family: Family, v_end: float, begin: Array, close: TipFit | None
+) -> Start:
+    """Begin as what was fitted looks; without that, and with bevels, also as usual ones do."""
+    values = [] if close is None else like(family, close.family.name, close.values)
+    fits = close is not None and close.misfit < FITTING_MISFIT and close.family is family
+    if values and (fits or family.name not in TWINS):
+        return best_start(scenery, family, values)
+    start = best_start(scenery, family, values + usual_values(scenery, family, v_end, begin))
+    if close is not None and close.misfit < POOR_MISFIT:
+        return start
+    return elsewhere(scenery, family, start, v_end)
+
+
+def _undecided(scenery: Scenery, best: TipFit, tried: list[TipFit]) -> TipFit:
     """Let a cone's fit count beside a wedge's that is about as good, and the other way round."""
     for one in tried:
         if {one.family.name, best.family.name} == {"cone", "wedge"}:
-            return best.or_nearly(one)
+            return best.or_nearly(_ended(scenery, one.family, one.values) or one)
     return best
 
 
 def _unhurried(
     scenery: Scenery, best: TipFit, tried: list[TipFit], names: tuple[str, ...]
 ) -> TipFit:
-    """Fit the best, what came near it and its twins to the end, and give the best of them."""
+    """Fit what came near the best and its twins to the end, too, and give the best of them."""
     near = best.cost * NEAR
-    ahead = sorted(tried, key=lambda one: one.cost)
+    ahead = sorted((one for one in tried if one.family is not best.family), key=lambda x: x.cost)
     ways = [(one.family, one.values) for one in ahead if one.cost < near]
     ways += [(FAMILIES[name], start) for name in TWINS for start in _alike(name, best)]
     for family, start in ways:
-        ended = _ended(scenery, family, start)
+        ended = _ended(scenery, family, start, best)
         if ended is not None and ended.cost < best.cost:
             best = ended
             if best.misfit < FITTING_MISFIT:
@@ -116,7 +135,8 @@ def _unhurried(
     if best.misfit > STUCK_MISFIT and best.family.name in TWINS:
         best = _begun_elsewhere(scenery, best)
     if best.family.name == "wedge" and "cone" in names:
-        cone = _ended(scenery, FAMILIES["cone"], *like(FAMILIES["cone"], best))
+        (start,) = like(FAMILIES["cone"], "wedge", best.values)
+        cone = _ended(scenery, FAMILIES["cone"], start)
         if cone is not None and cone.better_than(best):
             return cone
     return best
@@ -137,22 +157,32 @@ def _begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
     return best
 
 
-def _ended(scenery: Scenery, family: Family, start: Array) -> TipFit | None:
+def _ended(
+    scenery: Scenery, family: Family, start: Array, rival: TipFit | None = None
+) -> TipFit | None:
     try:
-        return fit_tip(scenery, family, [start])
+        return fit_tip(scenery, family, Start.at(scenery, family, start), rival)
     except np.linalg.LinAlgError:
         return None
 
 
 def _alike(name: str, best: TipFit) -> list[Array]:
-    return like(FAMILIES[name], best) if {name, best.family.name} == set(TWINS) else []
+    return [best.values] if {name, best.family.name} == set(TWINS) else []
 
 
 def _rival(name: str, best: TipFit | None) -> TipFit | None:
-    """Give the fit to be beaten: while nothing fits, none, for what begins badly may end well."""
-    if best is None or best.misfit > FITTING_MISFIT or {name, best.family.name} == set(TWINS):
+    """Give the fit to be beaten, if there is one; of twins both are fitted to the end."""
+    if best is None or best.misfit > POOR_MISFIT:
         return None
-    return best
+    twins = {name, best.family.name} == set(TWINS) and best.misfit < FITTING_MISFIT
+    return None if twins else best
+
+
+def _needless(name: str, best: TipFit, begin: Array) -> bool:
+    """Say whether a family need not be tried: what fits is unlike it, or the tip is off axis."""
+    if best.misfit < FITTING_MISFIT:
+        return not _kin(name, best)
+    return best.misfit < POOR_MISFIT and abs(begin[0]) > OFF_AXIS and name in ON_AXIS
 
 
 def _kin(name: str, best: TipFit) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simtip.detect.subpixel.edge_table import INSIDE, OUTSIDE, EdgeTable, modes
+from simtip.detect.subpixel.edge_table import INSIDE, OUTSIDE, EdgeTables, modes
 
 CASES = [(10.0, 0.0, 0.5), (4.3, 0.6, 0.05), (30.0, -0.35, 2.2), (3.0, 1.0, 0.003)]
 """Half width, slope, variance of the blur."""
@@ -38,11 +38,24 @@ def seen(x, half, slope, variance, amplitude):
     return np.interp(x[:, None] + square, fine, blurred).mean(axis=1)
 
 
+def tables(half, reach, slope, variance):
+    return EdgeTables.build(half, reach, np.array([slope]), np.array([variance]))
+
+
+def test_each_blur_of_several_has_the_tables_it_would_have_alone():
+    blurs = [(slope, variance) for _, slope, variance in CASES]
+    together = EdgeTables.build(9.4, 14, *np.array(blurs).T)
+    x = np.linspace(-13, 13, 101)
+    for k, blur in enumerate(blurs):
+        alone = tables(9.4, 14, *blur).at(x)
+        assert together.at(x, k) == pytest.approx(alone, abs=1e-3)
+
+
 @pytest.mark.parametrize(("half", "slope", "variance"), CASES)
 def test_the_profile_is_the_mean_of_many_points(half, slope, variance):
     amplitude = amplitudes(1)
     x = np.linspace(-half - 4, half + 4, 157)
-    table = EdgeTable.build(half, half + 5, slope, variance).at(x)
+    table = tables(half, half + 5, slope, variance).at(x)
     assert table[:, 0] @ amplitude == pytest.approx(
         seen(x, half, slope, variance, amplitude), abs=0.01
     )
@@ -52,7 +65,7 @@ def test_the_profile_is_the_mean_of_many_points(half, slope, variance):
 def test_the_derivatives_are_those_of_the_many_points(half, slope, variance):
     amplitude = amplitudes(2)
     x = np.linspace(-half - 3, half + 3, 101)
-    _, by_x, by_variance = np.moveaxis(EdgeTable.build(half, half + 4, slope, variance).at(x), 1, 0)
+    _, by_x, by_variance = np.moveaxis(tables(half, half + 4, slope, variance).at(x), 1, 0)
     h = 0.05
     ahead, behind = (seen(x + d, half, slope, variance, amplitude) for d in (h, -h))
     assert by_x @ amplitude == pytest.approx((ahead - behind) / (2 * h), abs=0.03)
