@@ -135,12 +135,12 @@ def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
             f"no two parallel edges of something dark, {widths[0]:g} to {widths[1]:g} px apart, "
             "were found",
         )
-    fine = mean_gray(image, parameters.full_scale)
     failures = []
     best: Analysis | None = None
     for band in bands[: parameters.candidates]:
         if best is not None and best.tip.misfit < BAD_MISFIT and _within(best, band):
             continue
+        fine = mean_gray(image, parameters.full_scale, band.surroundings(image.shape))
         try:
             found = _measured(fine, gray, band, parameters)
         except NoNeedleError as error:

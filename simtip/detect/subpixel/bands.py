@@ -28,6 +28,10 @@ MOST_SEGMENTS = 400
 """The longest ones, that are paired."""
 
 
+ROOM_WIDTHS, ROOM_PX = 3.0, 100.0
+"""Beside a band's middle, what of the image its needle is measured in."""
+
+
 @dataclass(frozen=True, eq=False)
 class Band:
     """A straight band between two parallel edges.
@@ -51,6 +55,27 @@ class Band:
     width_px: float
     length_px: float
     score: float
+
+    def surroundings(self, shape: tuple[int, ...]) -> tuple[slice, slice]:
+        """Give rows and columns of an image so high and wide in which the whole line's needle is.
+
+        With more room at either side than any of its measurements needs.
+        """
+        height, width = shape[:2]
+        room = ROOM_WIDTHS * self.width_px + ROOM_PX
+        (u, v), (du, dv) = self.centre, self.direction
+        if abs(dv) > abs(du):
+            ends = u + (np.array([0, height - 1]) - v) * du / dv
+            room *= float(np.hypot(1, du / dv))
+            return slice(0, height), _within(ends, room, width)
+        ends = v + (np.array([0, width - 1]) - u) * dv / du
+        room *= float(np.hypot(1, dv / du))
+        return _within(ends, room, height), slice(0, width)
+
+
+def _within(ends: Array, room: float, size: int) -> slice:
+    low, high = int(ends.min() - room), int(ends.max() + room) + 2
+    return slice(min(max(low, 0), size), max(min(high, size), 0))
 
 
 def find_bands(gray: Gray, widths_px: tuple[float, float], reduce: int | None = None) -> list[Band]:

@@ -7,6 +7,7 @@ within is smooth, so it is worked out at the pixels' middles.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -153,24 +154,24 @@ class Cells:
     variance_px2: float
     disc_share: float
 
-    @property
+    @cached_property
     def pad(self) -> int:
         """Width of the border, px."""
         sharp = self.variance_px2 < SHARP_PX2
         return 0 if sharp else int(np.ceil(3 * np.sqrt(self.variance_px2)))
 
-    @property
+    @cached_property
     def fine(self) -> int:
         """Columns of cells to a pixel."""
         return COLUMNS if self.pad else 1
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of cells."""
         border = 2 * self.pad
         return (self.window.height + border) * ROWS, (self.window.width + border) * self.fine
 
-    @property
+    @cached_property
     def rows(self) -> Array:
         """Each row's middle v."""
         first = self.window.v - self.pad - 0.5
@@ -181,10 +182,15 @@ class Cells:
         """Give u at which the first column begins."""
         return self.window.u - self.pad - 0.5
 
-    @property
+    @cached_property
     def columns(self) -> Array:
         """Each column's middle u."""
         return np.asarray(self.left + (np.arange(self.shape[1]) + 0.5) / self.fine)
+
+    @property
+    def none(self) -> Array:
+        """Give the pixels of no cell covered (H W,)."""
+        return np.zeros(self.window.height * self.window.width)
 
     def pixels(self, cells: NDArray[np.float32]) -> Array:
         """Blur cells and give the pixels' means (H W,)."""
@@ -208,9 +214,11 @@ def cover(placed: Placed, cells: Cells) -> Cover:
     whole = _covered(cells, left, right)
     if placed.facet is None:
         tip = whole * placed.before_shaft(cells.columns, v)
-    else:
+    elif len(placed.facet):
         tip = _covered(cells, inner_left, inner_right)
         tip *= there.astype(np.float32)[:, None]
+    else:
+        return Cover(cells.pixels(whole), cells.none)
     return Cover(cells.pixels(whole), cells.pixels(tip))
 
 
@@ -252,7 +260,8 @@ def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells
             tip_change = _edges_change(cells, edges[2:], now[2:], step)
             tip_change *= there.astype(np.float32)[:, None]
         else:
-            tip_change = np.zeros(cells.shape, np.float32)
+            tip.append(cells.none)
+            continue
         tip.append(cells.pixels(tip_change))
     return Cover(np.array(whole), np.array(tip))
 

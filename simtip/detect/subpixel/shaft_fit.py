@@ -19,8 +19,9 @@ from simtip.geometry import Array
 
 FIRST_STEPS, LAST_STEPS = 8, 20
 
-SETTLED = 0.05
-"""Change of the cost, a log likelihood times -2, over the misfit at which the fit ends."""
+SETTLED, SEEN = 0.05, 1.0
+"""Change of the cost, a log likelihood times -2, over the misfit at which the fit ends, and a look
+at it."""
 
 FIRST_MISFIT, BLURRED_MISFIT, SHARP_PX2 = 12.0, 2.0, 0.2
 """A shaft that fits so well after the first start's steps is taken, the former if it is so sharp:
@@ -85,13 +86,13 @@ def glance(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft) -> 
     """Take the first steps from one start, on merged pixels."""
     rows = _whole_blocks(rows)
     known = replace(start, noise=noise_of(image, rows, start))
-    return _settled(merge(sort_pixels(image, rows, known)), known, FIRST_STEPS)
+    return _settled(merge(sort_pixels(image, rows, known)), known, FIRST_STEPS, SEEN)
 
 
 def halved(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Shaft:
     """Take a shaft's next steps on some of its rows alone."""
     rows = _whole_blocks(rows)
-    return _settled(sort_pixels(image, rows, shaft), shaft, HALVED_STEPS)
+    return _settled(sort_pixels(image, rows, shaft), shaft, HALVED_STEPS, SEEN)
 
 
 def is_sharp(shaft: Shaft) -> bool:
@@ -120,7 +121,7 @@ def _best_of(
     """
     bins = sort_pixels(image, rows, starts[0])
     merged = merge(bins)
-    first = _settled(merged, starts[0], FIRST_STEPS)
+    first = _settled(merged, starts[0], FIRST_STEPS, SEEN)
     if is_sharp(first) and not fits(first):
         first = _settled(bins, starts[0], FIRST_STEPS)
     if fits(first) and likely(first):
@@ -139,14 +140,14 @@ def _winners(merged: Bins, field: list[Shaft], likely: Callable[[Shaft], bool]) 
     return [one for one in field if likely(one)]
 
 
-def _settled(bins: Bins, start: Shaft, most: int) -> Shaft:
+def _settled(bins: Bins, start: Shaft, most: int, settled_at: float = SETTLED) -> Shaft:
     """Step to the least cost (Levenberg and Marquardt)."""
     best, found = start, equations_of(bins, start)
     damping = 1e-3
     for _ in range(most):
         step, promised = found.step(damping, best.variance - LEAST_VARIANCE_PX2)
         # A bad block's misfit counts little in the cost.
-        enough = SETTLED * max(1.0, found.misfit / (1 + found.misfit / TRUSTED))
+        enough = settled_at * max(1.0, found.misfit / (1 + found.misfit / TRUSTED))
         if promised < enough:
             break
         tried = _moved(best, step)

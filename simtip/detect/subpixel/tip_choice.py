@@ -101,8 +101,11 @@ def _start(
 ) -> Start:
     """Begin as what was fitted looks; without that, and with bevels, also as usual ones do."""
     values = [] if close is None else like(family, close.family.name, close.values)
-    fits = close is not None and close.misfit < FITTING_MISFIT and close.family is family
-    if values and (fits or family.name not in TWINS):
+    if close is not None and close.family is family:
+        near = close.misfit < FITTING_MISFIT
+    else:
+        near = close is not None and close.misfit < POOR_MISFIT
+    if values and (near or family.name not in TWINS):
         return best_start(scenery, family, values)
     start = best_start(scenery, family, values + usual_values(scenery, family, v_end, begin))
     if close is not None and close.misfit < POOR_MISFIT:
