@@ -22,6 +22,7 @@ from simtip.detect.subpixel.first_look import (
 )
 from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
+from simtip.detect.subpixel.highlight import without_highlight
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
@@ -30,7 +31,14 @@ from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
 from simtip.detect.subpixel.sight import tilt, tilt_deviation
 from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, by_tilt
-from simtip.detect.subpixel.tip_choice import GOOD_MISFIT, POOR_MISFIT, TRIALS, best_tip, order
+from simtip.detect.subpixel.tip_choice import (
+    GOOD_MISFIT,
+    POOR_MISFIT,
+    TRIALS,
+    best_tip,
+    order,
+    refitted,
+)
 from simtip.detect.subpixel.trace import Trace
 from simtip.geometry import Array
 
@@ -56,6 +64,9 @@ WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.05
 
 BIN_PIXELS = 6
 """About so many pixels are averaged for one value that the shaft is fitted to."""
+
+MOST_HIGHLIGHTS, HIGHLIGHT_SHARE = 4, 0.4
+"""Times that a highlight's pixels are looked for, and what of the misfit may be left then."""
 
 HIDDEN_SHARE, HIDDEN_PX = 0.5, 6.0
 """How far from the last row that shows the needle its apex may be: in half widths, and px more."""
@@ -212,6 +223,7 @@ def _measured(
         seen = scenery(needed)
         sure = tip.misfit < POOR_MISFIT
         tip = best_tip(seen, v_end, wedge, (tip.family.name,) if sure else TRIALS["bevel"], tip)
+    seen, tip = _without_highlights(seen, tip, traced.contrast)
     _require_tip(tip, traced, v_end, half, turned.shape)
     if tip.family.name.startswith("bevel"):
         spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
@@ -220,6 +232,19 @@ def _measured(
         moved = by_tilt(seen, tip) * spread
         tip = replace(tip, tip_covariance=tip.tip_covariance + np.outer(moved, moved))
     return Analysis(frame, traced, shaft, seen, tip)
+
+
+def _without_highlights(seen: Scenery, tip: TipFit, contrast: float) -> tuple[Scenery, TipFit]:
+    """Fit a tip that fits badly without the pixels of a highlight, if that is what is amiss."""
+    before = seen, tip
+    for _ in range(MOST_HIGHLIGHTS):
+        if tip.misfit < POOR_MISFIT:
+            break
+        darker = without_highlight(seen, tip, contrast)
+        if darker is None:
+            break
+        seen, tip = darker, refitted(darker, tip)
+    return (seen, tip) if tip.misfit < HIGHLIGHT_SHARE * before[1].misfit else before
 
 
 def _require_tip(

@@ -111,10 +111,6 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     normal[np.arange(COLUMNS), np.arange(COLUMNS)] += prior
     amplitude: Array = np.linalg.solve(normal, right + prior * wanted).astype(np.float64)
     residual = scenery.value - scenery.ground @ amplitude[:GROUND_COLUMNS]
-    residual[near] = (value - columns @ amplitude) / precision
-    over_noise = residual * scenery.precision
-    chi2 = float(over_noise @ over_noise)
-    off = float(prior @ (amplitude - wanted) ** 2)
     levels = np.column_stack(
         [
             scenery.ground[near] @ amplitude[:GROUND_COLUMNS],
@@ -122,6 +118,11 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
             bare[:, SHAFT_COLUMNS:] @ amplitude[SHAFT_END:],
         ]
     )
+    shares = np.column_stack([1 - whole, whole - tip, tip])
+    residual[near] = scenery.value[near] - (levels * shares).sum(axis=1)
+    over_noise = residual * scenery.precision
+    chi2 = float(over_noise @ over_noise)
+    off = float(prior @ (amplitude - wanted) ** 2)
     return Comparison(
         near,
         columns,
@@ -130,7 +131,7 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
         levels,
         residual,
         chi2 + off + _off(scenery, values),
-        chi2 / len(residual),
+        chi2 / scenery.counted,
         covered,
     )
 

@@ -58,6 +58,8 @@ class Scenery:
         not known.
     slope_deviation
         Of the axis' slope du/dv at the tip.
+    left_out
+        (H W,) which pixels do not count.
     """
 
     window: Window
@@ -72,6 +74,7 @@ class Scenery:
     tilt: float
     rim_tilt: float
     slope_deviation: float
+    left_out: NDArray[np.bool_]
 
     @cached_property
     def ground(self) -> Array:
@@ -80,9 +83,15 @@ class Scenery:
 
     @cached_property
     def precision(self) -> Array:
-        """Root of each pixel's weight (H W,), 1 / DN: one over the noise's deviation."""
+        """Root of each pixel's weight (H W,), 1 / DN: one over the noise's deviation, or 0."""
         constant, slope = self.shaft.noise
-        return np.asarray(1 / np.sqrt(constant + slope * np.maximum(self.value, 0)))
+        counts = 1 / np.sqrt(constant + slope * np.maximum(self.value, 0))
+        return np.where(self.left_out, 0.0, counts)
+
+    @cached_property
+    def counted(self) -> int:
+        """How many pixels count."""
+        return int(len(self.value) - self.left_out.sum())
 
     @cached_property
     def weighted(self) -> tuple[Array, Array]:
@@ -186,4 +195,5 @@ def scenery_of(
         level,
         *tilts,
         slope_deviation,
+        np.zeros(part.size, np.bool_),
     )

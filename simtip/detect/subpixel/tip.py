@@ -52,7 +52,10 @@ BAD_MISFIT, SLOW_GAIN = 20.0, 0.15
 FAILED_DAMPING = 0.05
 """At least so much after a step that failed: less would try the same step again."""
 
-MOST_STEPS = 25
+MOST_STEPS, MOST_HASTY_STEPS = 25, 12
+
+WIDTHS = 0.7, 1.4
+"""Of the shaft's width, what a tip's may be: in a picture of no needle it would go anywhere."""
 
 LEAST_VARIANCE_PX2 = 0.003
 
@@ -164,12 +167,13 @@ def fit_tip(
     fit
         None if it will hardly beat the rival.
     """
-    low = np.array([-np.inf, -np.inf, 0.5, LEAST_VARIANCE_PX2, *family.low])
-    high = np.array([*[np.inf] * POSE, *family.high])
+    narrow, wide = (scenery.half_px * share for share in WIDTHS)
+    low = np.array([-np.inf, -np.inf, narrow, LEAST_VARIANCE_PX2, *family.low])
+    high = np.array([np.inf, np.inf, wide, np.inf, *family.high])
     values, found = start.values, start.found
     damping = 1e-2
     fresh = False
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_HASTY_STEPS if hasty else MOST_STEPS):
         if not fresh:
             change = derivative(scenery, family, values, found, high)
             H, g = shape_equations(scenery, values, found, change)

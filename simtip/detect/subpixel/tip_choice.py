@@ -9,7 +9,7 @@ from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.outline import FAMILIES, Family
 from simtip.detect.subpixel.parameters import TipKind
 from simtip.detect.subpixel.scenery import POSE, Scenery
-from simtip.detect.subpixel.tip import TipFit, fit_tip
+from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, fit_tip
 from simtip.detect.subpixel.tip_start import (
     TWINS,
     Start,
@@ -89,6 +89,8 @@ def best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
+    if best.misfit > BAD_MISFIT and scenery.shaft.misfit > BAD_MISFIT:
+        return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
     best = _ended(scenery, best.family, best.values) or best
     if best.misfit > GOOD_MISFIT:
@@ -158,6 +160,11 @@ def _begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
             if best.misfit < FITTING_MISFIT:
                 break
     return best
+
+
+def refitted(scenery: Scenery, fit: TipFit) -> TipFit:
+    """Fit a tip's family to the end, to other pixels."""
+    return _ended(scenery, fit.family, fit.values) or fit
 
 
 def _ended(

@@ -40,6 +40,9 @@ class Drawn:
         1 for metal of which the rims mirror 0.45 of the background; less is paler.
     facet, facet_level
         Outline (m, 2) of a flat cut, as `point`, or None; its brightness over the background's.
+    streak
+        Where a lamp's bright line lies across the needle, x over the half width there, how wide
+        it is of that, and its brightness over the background's; or None.
     """
 
     point: tuple[tuple[float, float], ...] = ((-1, 4), (0, 0), (1, 4))
@@ -53,6 +56,7 @@ class Drawn:
     shape: tuple[int, int] = (260, 220)
     facet: tuple[tuple[float, float], ...] | None = None
     facet_level: float = 1.3
+    streak: tuple[float, float, float] | None = None
 
     @property
     def axis(self):
@@ -85,6 +89,9 @@ class Drawn:
         middle, half = middle.astype(np.float32), half.astype(np.float32)
         s = np.clip((u + 0.5 / COLUMNS - middle[:, None]) / half[:, None], -1, 1)
         seen = self.ground_dn * (1 + self.contrast * (metal(s) - 1))
+        if self.streak is not None:
+            x, wide, level = self.streak
+            seen += (np.abs(s - x) < wide / 2) * (self.ground_dn * level - seen)
         if self.facet is not None:
             cut = between(u, *chord(self.placed(self.facet), v))
             seen += np.minimum(cut, inside) * (self.ground_dn * self.facet_level - seen)

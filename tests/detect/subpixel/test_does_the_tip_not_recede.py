@@ -86,6 +86,12 @@ def test_lit_from_one_side(power):
     check(photograph(dark + light * streak * within, 1), drawn, across_px=0.07)
 
 
+def test_beside_a_streak_too_narrow_for_any_smooth_brightness():
+    """Unless its pixels are left out the tip is 0.035 px beside its place here."""
+    drawn = Drawn(streak=(-0.1, 0.15, 1.5), sigma_px=0.5, shape=TALL, tip_px=(140.3, 370.6))
+    check(photograph(drawn.light(), 1, noise_dn=0.5), drawn, across_px=0.02)
+
+
 @pytest.mark.slow
 def test_where_a_threshold_falls_short_by_pixels():
     drawn = Drawn(width_px=40, tip_px=(120.3, 350.6), shape=TALL)

@@ -1,13 +1,17 @@
 """Is the tip of a rendered needle found where it is, in both views, with a camera's noise?"""
 
+from pathlib import Path
+
 import pytest
 from regions import with_roi
 
 from simtip.detect.subpixel import SubpixelParameters, detect
 from simtip.geometry import unit
+from simtip.scene_file import load_scene
 from simtip.simulation import simulate
 from simtip.spec import SceneSpec
 
+ROOT = Path(__file__).resolve().parents[3]
 ALONG_PX, ACROSS_PX = 0.15, 0.05
 
 TIPS = {
@@ -22,7 +26,16 @@ def test_in_both_views(scene, kind):
     cut = with_roi(scene, [620, 330, 400, 600], [830, 325, 400, 600])
     data = cut.model_dump(mode="json")
     data["needle"].update(tip=TIPS[kind], roll_deg=30.0)
-    done = simulate(SceneSpec.model_validate(data), seed=3)
+    check(simulate(SceneSpec.model_validate(data), seed=3), ALONG_PX, ACROSS_PX)
+
+
+@pytest.mark.slow
+def test_with_a_streak_that_splits_the_needle():
+    """At the very tip the streak, as bright as the background, takes a part of a pixel."""
+    check(simulate(load_scene(ROOT / "scenes" / "hard" / "streak.yaml")), 1.0, ACROSS_PX)
+
+
+def check(done, along_px, across_px):
     truth = done.truth
     for image, view, camera in (
         (done.images[0], truth.left, truth.rig.left),
@@ -31,5 +44,5 @@ def test_in_both_views(scene, kind):
         found = detect(image, SubpixelParameters().for_camera(camera))
         assert found.ok, found.reason
         axis, error = unit(view.axis_px), found.tip_px - view.tip_px
-        assert abs(error @ axis) < ALONG_PX
-        assert abs(error[1] * axis[0] - error[0] * axis[1]) < ACROSS_PX
+        assert abs(error @ axis) < along_px
+        assert abs(error[1] * axis[0] - error[0] * axis[1]) < across_px
