@@ -18,41 +18,25 @@ from simtip.detect.subpixel.first_look import (
     first_shaft,
     first_wedge,
     hanging,
+    shaft_end,
     traced_anew,
 )
 from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
-from simtip.detect.subpixel.highlight import without_highlight
 from simtip.detect.subpixel.no_needle import NoNeedleError
-from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
-from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
+from simtip.detect.subpixel.scenery import Scenery
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
 from simtip.detect.subpixel.sight import tilt, tilt_deviation
 from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, by_tilt
-from simtip.detect.subpixel.tip_choice import (
-    GOOD_MISFIT,
-    POOR_MISFIT,
-    TRIALS,
-    best_tip,
-    order,
-    refitted,
-)
+from simtip.detect.subpixel.tip_choice import GOOD_MISFIT
+from simtip.detect.subpixel.tip_search import CLEAR_PX, TipSearch
 from simtip.detect.subpixel.trace import Trace
 from simtip.geometry import Array
 
 MOST_ROWS = 1200
 """Of shaft that are fitted, those next to the tip."""
-
-MOST_DEPTH_PX = 160.0
-"""Of a tip's own rows that are compared."""
-
-DEPTH_SHARE = 1.25
-"""Of what the edges suggest: a bevel's cut goes on after its edge has met the shaft's side."""
-
-CLEAR_PX = 4
-"""Between a tip's end and the shaft's last row."""
 
 WORST_SHAFT_MISFIT = 100.0
 
@@ -64,9 +48,6 @@ WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.05
 
 BIN_PIXELS = 6
 """About so many pixels are averaged for one value that the shaft is fitted to."""
-
-MOST_HIGHLIGHTS, HIGHLIGHT_SHARE = 4, 0.4
-"""Times that a highlight's pixels are looked for, and what of the misfit may be left then."""
 
 HIDDEN_SHARE, HIDDEN_PX = 0.5, 6.0
 """How far from the last row that shows the needle its apex may be: in half widths, and px more."""
@@ -183,7 +164,8 @@ def _measured(
     v_end, wedge = first_wedge(traced, begun)
     half = float(begun.half_px(np.array(v_end)))
     depth = max(wedge[1], wedge[2]) * half
-    rows = traced.rows[traced.rows < v_end - depth - CLEAR_PX]
+    end = shaft_end(frame.view(gray), traced, begun, v_end - depth)
+    rows = traced.rows[traced.rows < end - CLEAR_PX]
     if len(rows) < LEAST_ROWS:
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
@@ -206,25 +188,9 @@ def _measured(
     view_tilt = tilt(shaft, v_end, focal, frame.points(centre))
     # A guessed camera bends the shaft's begin where nothing may be bent.
     tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
-    kinds = order(wedge, parameters.tip)
-    depth = max(*wedge[1:3]) * half * DEPTH_SHARE
-    if kinds[0] == "bevel":
-        depth = max(depth, half * usual_depth(FAMILIES["bevel"], wedge))
-
-    def scenery(depth: float) -> Scenery:
-        depth = min(depth, MOST_DEPTH_PX) + 2 * CLEAR_PX
-        return scenery_of(turned, shaft, v_end, depth, traced.level, tilts)
-
-    seen = scenery(depth)
-    tip = best_tip(seen, v_end, wedge, kinds)
-    needed = tip.family.depth(tip.values[2], tip.values[POSE:])
-    if tip.family.name.startswith("bevel") and needed > depth:
-        # A bevel's cut goes on beyond where its edge meets the shaft's side.
-        seen = scenery(needed)
-        sure = tip.misfit < POOR_MISFIT
-        tip = best_tip(seen, v_end, wedge, (tip.family.name,) if sure else TRIALS["bevel"], tip)
-    seen, tip = _without_highlights(seen, tip, traced.contrast)
-    _require_tip(tip, traced, v_end, half, turned.shape)
+    search = TipSearch(turned, shaft, v_end, wedge, traced.level, traced.contrast, tilts)
+    seen, tip = search.found(parameters.tip)
+    _require_tip(tip, traced, search.end(tip), half, turned.shape)
     if tip.family.name.startswith("bevel"):
         spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
         if not parameters.focal_px:  # a guess, half of it off
@@ -232,19 +198,6 @@ def _measured(
         moved = by_tilt(seen, tip) * spread
         tip = replace(tip, tip_covariance=tip.tip_covariance + np.outer(moved, moved))
     return Analysis(frame, traced, shaft, seen, tip)
-
-
-def _without_highlights(seen: Scenery, tip: TipFit, contrast: float) -> tuple[Scenery, TipFit]:
-    """Fit a tip that fits badly without the pixels of a highlight, if that is what is amiss."""
-    before = seen, tip
-    for _ in range(MOST_HIGHLIGHTS):
-        if tip.misfit < POOR_MISFIT:
-            break
-        darker = without_highlight(seen, tip, contrast)
-        if darker is None:
-            break
-        seen, tip = darker, refitted(darker, tip)
-    return (seen, tip) if tip.misfit < HIGHLIGHT_SHARE * before[1].misfit else before
 
 
 def _require_tip(

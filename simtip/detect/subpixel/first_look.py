@@ -14,6 +14,13 @@ from simtip.detect.subpixel.start import wedge_start
 from simtip.detect.subpixel.trace import Trace, trace
 from simtip.geometry import Array
 
+RIM_PX, FACET_GAP, MOST_FACET = 2.0, 4, 0.4
+"""Beside a needle's edges, what of a row is not looked at for a facet; rows that may interrupt it;
+and how early it may begin, of the rows."""
+
+FACET_BRIGHTER, FACET_SHARE = 0.1, 0.25
+"""Than the background, of the needle's contrast; and the part of a row that is so bright."""
+
 LEAST_ROWS = 28
 """Of shaft, to fit it."""
 
@@ -100,3 +107,25 @@ def first_wedge(traced: Trace, shaft: Shaft) -> tuple[float, Array]:
     return wedge_start(
         traced.rows, traced.left, traced.right, shaft.axis_u(v), shaft.half_px(v), incline
     )
+
+
+def shaft_end(gray: Gray, traced: Trace, shaft: Shaft, end: float) -> float:
+    """Give the row before which the shaft ends: `end`, or where a bright facet begins before that.
+
+    A facet that mirrors a lamp has edges as far apart as the shaft's, but is brighter than the
+    background. What shines all along is no facet.
+    """
+    v = traced.rows.astype(np.float64)
+    half = float(shaft.half_px(np.array(end)))
+    reach = max(int(half - RIM_PX), 1)
+    columns = np.rint(shaft.axis_u(v)).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
+    seen = gray[traced.rows[:, None], np.clip(columns, 0, gray.shape[1] - 1)]
+    bright = seen > traced.level + FACET_BRIGHTER * traced.contrast
+    (shining,) = np.nonzero(bright.mean(axis=1) > FACET_SHARE)
+    if not len(shining):
+        return end
+    (breaks,) = np.nonzero(np.diff(shining) > FACET_GAP)
+    first = int(shining[breaks[-1] + 1]) if len(breaks) else int(shining[0])
+    if first < len(v) * MOST_FACET or v[shining[-1]] < v[-1] - 2 * half:
+        return end
+    return min(end, float(v[first]))

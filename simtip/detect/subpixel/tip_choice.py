@@ -138,7 +138,7 @@ def _unhurried(
             if best.misfit < FITTING_MISFIT:
                 break
     if best.misfit > STUCK_MISFIT and best.family.name in TWINS:
-        best = _begun_elsewhere(scenery, best)
+        best = begun_elsewhere(scenery, best)
     if best.family.name == "wedge" and "cone" in names:
         (start,) = like(FAMILIES["cone"], "wedge", best.values)
         cone = _ended(scenery, FAMILIES["cone"], start)
@@ -147,7 +147,7 @@ def _unhurried(
     return best
 
 
-def _begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
+def begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
     """Begin a bevel anew round about where it ended, and give the best: it may have got stuck."""
     length, azimuth = best.values[POSE:]
     for longer, turn in ELSEWHERE:

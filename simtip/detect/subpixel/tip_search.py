@@ -1,0 +1,173 @@
+"""Find a needle's tip below its shaft: how far up it reaches, and what else may be in the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simtip.detect.subpixel.highlight import without_highlight
+from simtip.detect.subpixel.outline import FAMILIES, usual_depth
+from simtip.detect.subpixel.parameters import TipKind
+from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
+from simtip.detect.subpixel.shaft import Shaft
+from simtip.detect.subpixel.tip import TipFit, fit_tip
+from simtip.detect.subpixel.tip_choice import (
+    POOR_MISFIT,
+    TRIALS,
+    begun_elsewhere,
+    best_tip,
+    order,
+    refitted,
+)
+from simtip.detect.subpixel.tip_start import TWINS, Start
+from simtip.geometry import Array
+
+MOST_DEPTH_PX = 160.0
+"""Of a tip's own rows that are compared."""
+
+DEPTH_SHARE = 1.25
+"""Of what the edges suggest: a bevel's cut goes on after its edge has met the shaft's side."""
+
+CLEAR_PX = 4
+"""Between a tip's end and the shaft's last row."""
+
+MOST_HIGHLIGHTS, HIGHLIGHT_SHARE = 4, 0.4
+"""Times that a highlight's pixels are looked for, and what of the misfit may be left then."""
+
+PALE_BEYOND = 6.0
+"""How far beyond the last row that shows the needle the end of a facet may be that hardly differs
+from the background, in half widths."""
+
+PALE_COTS, PALE_AZIMUTHS = (1.5, 2.5, 3.5), (0.6, 1.1, np.pi / 2, np.pi - 1.1, np.pi - 0.6)
+"""Shapes at which the fit of such a bevel begins."""
+
+DOUBTFUL, DOUBT, DOUBT_SHARE = 3.0, 3.0, 0.025
+"""A misfit beyond which there may be a pale facet, how many times the shaft's it has to be, and of
+the contrast the residual."""
+
+PALE_TRIED, PALE_SHARE = 3, 0.5
+"""So many are fitted, and what of the misfit the best may leave."""
+
+SOFT_PX2 = 0.5
+"""Variance of a blur that takes long to work out: such pictures are tried in haste."""
+
+
+@dataclass(frozen=True, eq=False)
+class TipSearch:
+    """Where a tip is sought.
+
+    Attributes
+    ----------
+    image
+        (H, W) gray values, turned.
+    shaft
+        The shaft's fit.
+    v_end, begin
+        The last row that shows the needle, and what the edges suggest, see
+        `simtip.detect.subpixel.start`.
+    level, contrast
+        Of the background, and of the needle against it, DN.
+    tilts
+        See `scenery_of`.
+    """
+
+    image: NDArray[np.float32]
+    shaft: Shaft
+    v_end: float
+    begin: Array
+    level: float
+    contrast: float
+    tilts: tuple[float, float]
+
+    def found(self, kind: TipKind) -> tuple[Scenery, TipFit]:
+        """Fit the tip; with the pixels it was fitted to.
+
+        Raises
+        ------
+        NoNeedleError
+            No outline fits.
+        """
+        seen, tip = self._usual(order(self.begin, kind))
+        if kind in ("auto", "bevel") and self._doubtful(tip):
+            seen, tip = self._pale_facet(seen, tip)
+        return self._without_highlights(seen, tip)
+
+    def end(self, tip: TipFit) -> float:
+        """Give the row about which the needle ends; a pale facet's own, which no edge shows."""
+        depth = tip.family.depth(tip.values[2], tip.values[POSE:])
+        pale = tip.family.name == "bevel" and tip.misfit < POOR_MISFIT
+        end = float(tip.tip[1])
+        return end if pale and end - depth <= self.v_end <= end else self.v_end
+
+    @property
+    def _half(self) -> float:
+        return float(self.shaft.half_px(np.array(self.v_end)))
+
+    def _scenery(self, depth: float, beyond: float = 0.0) -> Scenery:
+        depth = min(depth, MOST_DEPTH_PX) + 2 * CLEAR_PX + beyond
+        end = self.v_end + beyond
+        return scenery_of(self.image, self.shaft, end, depth, self.level, self.tilts)
+
+    def _doubtful(self, tip: TipFit) -> bool:
+        """Say whether a tip may be another: it fits badly, by the noise and by the contrast."""
+        left_dn = float(np.sqrt(np.mean(tip.residual**2)))
+        most = min(POOR_MISFIT, max(DOUBTFUL, DOUBT * self.shaft.misfit))
+        return tip.misfit > most and left_dn > DOUBT_SHARE * self.contrast
+
+    def _usual(self, kinds: tuple[str, ...]) -> tuple[Scenery, TipFit]:
+        depth = max(*self.begin[1:3]) * self._half * DEPTH_SHARE
+        if kinds[0] == "bevel":
+            depth = max(depth, self._half * usual_depth(FAMILIES["bevel"], self.begin))
+        seen = self._scenery(depth)
+        tip = best_tip(seen, self.v_end, self.begin, kinds)
+        needed = tip.family.depth(tip.values[2], tip.values[POSE:])
+        if tip.family.name in TWINS and needed > depth:
+            # A bevel's cut goes on beyond where its edge meets the shaft's side.
+            seen = self._scenery(needed)
+            names = (tip.family.name,) if tip.misfit < POOR_MISFIT else TRIALS["bevel"]
+            tip = best_tip(seen, self.v_end, self.begin, names, tip)
+        return seen, tip
+
+    def _pale_facet(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
+        """Try a bevel that goes on beyond the needle's last row, its facet being about as bright.
+
+        As the background is; then the rows seen end where the facet begins.
+        """
+        far = self._scenery(self._half * 2 * max(PALE_COTS), self._half * PALE_BEYOND)
+        family, pale = FAMILIES["bevel"], tip
+        for start in self._pale_starts(far)[:PALE_TRIED]:
+            try:
+                found = fit_tip(far, family, start, hasty=far.variance_px2 > SOFT_PX2)
+            except np.linalg.LinAlgError:
+                continue
+            if found is not None and found.misfit < pale.misfit:
+                pale = found
+        fits = pale.misfit < max(DOUBTFUL, min(POOR_MISFIT, PALE_SHARE * tip.misfit))
+        if not fits:
+            return seen, tip
+        pale = refitted(far, pale)
+        return far, pale if pale.misfit < DOUBTFUL else begun_elsewhere(far, pale)
+
+    def _pale_starts(self, far: Scenery) -> list[Start]:
+        """Give bevels of which the shaft ends, at a side, in the last row seen; the best first."""
+        starts = []
+        for cot, azimuth in product(PALE_COTS, PALE_AZIMUTHS):
+            v = self.v_end + self._half * cot * (1 - abs(np.cos(azimuth)))
+            values = np.array([v, 0, far.half_px, far.variance_px2, cot, azimuth])
+            starts.append(Start.at(far, FAMILIES["bevel"], values))
+        return sorted(starts, key=lambda one: one.found.cost)
+
+    def _without_highlights(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
+        """Fit a tip that fits badly without a highlight's pixels, if that is what is amiss."""
+        before = seen, tip
+        for _ in range(MOST_HIGHLIGHTS):
+            if tip.misfit < POOR_MISFIT:
+                break
+            darker = without_highlight(seen, tip, self.contrast)
+            if darker is None:
+                break
+            seen, tip = darker, refitted(darker, tip)
+        return (seen, tip) if tip.misfit < HIGHLIGHT_SHARE * before[1].misfit else before
