@@ -43,7 +43,7 @@ WORST_SHAFT_MISFIT = 100.0
 GUESSED = 0.7
 """Part by which a tilt may be off that was told with a guessed focal length."""
 
-WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.05
+WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.06
 """A fit that is worse, both by the noise and by the needle's contrast, is none."""
 
 BIN_PIXELS = 6

@@ -80,8 +80,6 @@ class TipFit:
         The outline held against the pixels.
     change
         (n, values) derivative of the picture near the needle, see `comparison.derivative`.
-    settled
-        Whether it was fitted to the end, and not left in haste.
     """
 
     family: Family
@@ -91,7 +89,6 @@ class TipFit:
     tip_covariance: Array
     found: Comparison
     change: Array
-    settled: bool
 
     @property
     def cost(self) -> float:
@@ -202,7 +199,7 @@ def fit_tip(
         damping = max(damping / 8, 1e-5)
         if gain < enough or slow:
             break
-    return _ended(scenery, family, values, found, change, settled=not hasty)
+    return _ended(scenery, family, values, found, change)
 
 
 def _carried(scenery: Scenery, change: Array, found: Comparison, there: Comparison) -> Array:
@@ -218,8 +215,6 @@ def _ended(
     values: Array,
     found: Comparison,
     change: Array,
-    *,
-    settled: bool,
 ) -> TipFit:
     """Give the fit at the end of its steps, `change` as there or some small steps before."""
     H, _ = shape_equations(scenery, values, found, change)
@@ -242,7 +237,6 @@ def _ended(
         turn @ covariance @ turn.T + _of_slope(scenery),
         found,
         change,
-        settled,
     )
 
 

@@ -28,6 +28,9 @@ GOOD_MISFIT = 4.0
 POOR_MISFIT = 12.0
 """Of a fit that others need not beat: what begins badly may end well."""
 
+NO_SHAFT_MISFIT = 40.0
+"""Of a shaft that is probably none."""
+
 PLAIN_MISFIT = 1.8
 """A cone that fits so well is not rounded."""
 
@@ -89,7 +92,7 @@ def best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
-    if best.misfit > BAD_MISFIT and scenery.shaft.misfit > BAD_MISFIT:
+    if best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
         return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
     best = _ended(scenery, best.family, best.values) or best
