@@ -51,6 +51,9 @@ the contrast the residual."""
 PALE_TRIED, PALE_SHARE = 3, 0.5
 """So many are fitted, and what of the misfit the best may leave."""
 
+MOST_TAPER = 0.2
+"""By which a needle's width may change until there."""
+
 SOFT_PX2 = 0.5
 """Variance of a blur that takes long to work out: such pictures are tried in haste."""
 
@@ -137,6 +140,8 @@ class TipSearch:
         As the background is; then the rows seen end where the facet begins.
         """
         far = self._scenery(self._half * 2 * max(PALE_COTS), self._half * PALE_BEYOND)
+        if abs(far.half_px - self._half) > MOST_TAPER * self._half:
+            return seen, tip
         family, pale = FAMILIES["bevel"], tip
         for start in self._pale_starts(far)[:PALE_TRIED]:
             try:
