@@ -15,7 +15,8 @@ GROUPS = {
     "hard": "Hard images",
 }
 HEAD = (
-    *("condition", "method", "found", "right", "bias along, px", "across", "RMSE along, px"),
+    *("condition", "method", "pairs", "found", "right", "bias along, px", "across"),
+    "RMSE along, px",
     *("across", "3-D RMSE, mm", "worst", "claimed / scatter", "efficiency", "ms"),
 )
 
@@ -62,7 +63,7 @@ def _row(cells: list[str] | tuple[str, ...]) -> str:
 
 def _cells(one: Mapping[str, Any]) -> list[str]:
     if "refused" in one:
-        return ["not for this needle", *[""] * (len(HEAD) - 3)]
+        return ["", "not for this needle", *[""] * (len(HEAD) - 4)]
     found = _number(one["found"], "{:.0%}")
     if one["false"]:
         found += f", {one['false']} of {one['empty']} false"
@@ -72,6 +73,7 @@ def _cells(one: Mapping[str, Any]) -> list[str]:
         one["claimed_to_scatter"] or one.get("claimed_to_scatter_mm"),
     )
     return [
+        str(one["pairs"]),
         found,
         _number(one["right"], "{:.0%}"),
         *(_part(bias, way, "{:+.3f}") for way in ("along", "across")),

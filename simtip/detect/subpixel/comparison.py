@@ -38,7 +38,7 @@ SHAPE_PRECISION = 1e-2
 LEAST_COVER = 1e-3
 
 HELD = 1e12
-"""Precision of what is taken as known."""
+"""Precision of what stays as it is."""
 
 SHAFT_END = GROUND_COLUMNS + SHAFT_COLUMNS
 COLUMNS = SHAFT_END + TIP_COLUMNS
@@ -158,9 +158,7 @@ def _prior(level: float) -> tuple[Array, Array]:
 def _off(scenery: Scenery, values: Array) -> float:
     shift = values[1] / scenery.shift_deviation
     half = (values[2] - scenery.half_px) / scenery.half_deviation
-    blur = 0.0
-    if scenery.variance_deviation > 0:
-        blur = (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation
+    blur = (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation
     return float(shift**2 + half**2 + blur**2)
 
 
@@ -184,7 +182,7 @@ def derivative(
     by_cover = cover_change(placed, moved, steps[by_edges], cells)
     change = np.zeros((len(found.near), len(values)))
     change[:, by_edges] = _by_cover(scenery, found, by_cover.whole.T, by_cover.tip.T)
-    if scenery.variance_deviation > 0:
+    if not scenery.sharp:
         there = scenery.cover(placed, values[BLUR] + steps[BLUR])
         change[:, BLUR] = (
             _by_cover(scenery, found, there.whole - found.cover.whole, there.tip - found.cover.tip)
@@ -221,10 +219,10 @@ def shape_equations(
     g[1] -= values[1] / scenery.shift_deviation**2
     H[2, 2] += 1 / scenery.half_deviation**2
     g[2] -= (values[2] - scenery.half_px) / scenery.half_deviation**2
-    if scenery.variance_deviation > 0:
+    if scenery.sharp:
+        H[BLUR, BLUR] = HELD
+    else:
         H[BLUR, BLUR] += 1 / scenery.variance_deviation**2
         g[BLUR] -= (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation**2
-    else:
-        H[BLUR, BLUR] = HELD
     H[np.arange(POSE, len(values)), np.arange(POSE, len(values))] += SHAPE_PRECISION
     return H, g

@@ -25,7 +25,7 @@ LENGTH_RAD = 0.2
 """Over which the brightness changes with the surface's angle: what roughness leaves of its
 surroundings."""
 
-EVEN_ALIKE_RAD, ODD_ALIKE_RAD = 0.6, 0.3
+EVEN_ALIKE_RAD, ODD_ALIKE_RAD = 0.8, 0.3
 """So far from the edges the brightness is much the same: there the needle mirrors what is behind
 it, whatever the light. Both edges together: in a blurred picture a rim looks like more or less
 width. How they differ looks like nothing else, and light from one side reaches

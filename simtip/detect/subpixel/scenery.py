@@ -29,8 +29,11 @@ BLUR_SHARE, BLUR_DEVIATION_PX2 = 0.25, 0.02
 """How far the shaft's blur may be off, of it, and px^2 more: width and blur are told apart by the
 shape of an edge only. A tip has edges across, too."""
 
-HELD_PX2 = 0.1
-"""So sharp, a picture is the same whatever its blur: that is taken as known."""
+SHARP_PX2 = 0.1
+"""So sharp, a picture does not change evenly with its blur: of some the best is taken."""
+
+SHARP_BLURS_PX2 = 0.0, 0.015, 0.04, 0.1
+"""Those."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +51,7 @@ class Scenery:
     shift_deviation, half_deviation
         Of the shaft's axis at the tip, px, and of its half width.
     variance_px2, variance_deviation
-        Of the blur at the tip, by the shaft; 0 takes it as known.
+        Of the blur at the tip, by the shaft.
     level
         Of the background, DN.
     tilt
@@ -75,6 +78,16 @@ class Scenery:
     rim_tilt: float
     slope_deviation: float
     left_out: NDArray[np.bool_]
+
+    @property
+    def sharp(self) -> bool:
+        """Whether the blur is one of `SHARP_BLURS_PX2`, and no matter of a fit's steps."""
+        return self.variance_px2 < SHARP_PX2
+
+    @property
+    def begun_px2(self) -> float:
+        """Variance of the blur at which a fit begins."""
+        return SHARP_BLURS_PX2[0] if self.sharp else self.variance_px2
 
     @cached_property
     def ground(self) -> Array:
@@ -170,7 +183,7 @@ def scenery_of(
 ) -> Scenery:
     """Gather what a tip is fitted to."""
     variance = float(shaft.variance_px2(np.array(v_end)))
-    doubt = BLUR_SHARE * variance + BLUR_DEVIATION_PX2 if variance > HELD_PX2 else 0.0
+    doubt = BLUR_SHARE * variance + BLUR_DEVIATION_PX2
     half = float(shaft.half_px(np.array(v_end)))
     window = window_about(image.shape, shaft, half, v_end, depth, 3 * np.sqrt(variance))
     part = image[window.v : window.v + window.height, window.u : window.u + window.width]

@@ -57,7 +57,7 @@ MOST_STEPS, MOST_HASTY_STEPS = 25, 12
 WIDTHS = 0.7, 1.4
 """Of the shaft's width, what a tip's may be: in a picture of no needle it would go anywhere."""
 
-LEAST_VARIANCE_PX2 = 0.003
+LEAST_VARIANCE_PX2 = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.outline import FAMILIES, Family
 from simtip.detect.subpixel.parameters import TipKind
-from simtip.detect.subpixel.scenery import POSE, Scenery
+from simtip.detect.subpixel.scenery import BLUR, POSE, SHARP_BLURS_PX2, Scenery
 from simtip.detect.subpixel.tip import BAD_MISFIT, TipFit, fit_tip
 from simtip.detect.subpixel.tip_start import (
     TWINS,
@@ -95,10 +95,20 @@ def best_tip(
     if best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
         return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
-    best = _ended(scenery, best.family, best.values) or best
+    best = _ended(scenery, best.family, _at_best_blur(scenery, best)) or best
     if best.misfit > GOOD_MISFIT:
         return _unhurried(scenery, best, tried, names)
     return _undecided(scenery, best, tried)
+
+
+def _at_best_blur(scenery: Scenery, fit: TipFit) -> Array:
+    """Give a fit's values; of a sharp picture with the blur that describes it best."""
+    if not scenery.sharp:
+        return fit.values
+    ways = [fit.values.copy() for _ in SHARP_BLURS_PX2]
+    for values, variance in zip(ways, SHARP_BLURS_PX2, strict=True):
+        values[BLUR] = variance
+    return best_start(scenery, fit.family, ways).values
 
 
 def _start(
@@ -155,7 +165,7 @@ def begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
     length, azimuth = best.values[POSE:]
     for longer, turn in ELSEWHERE:
         start = best.values.copy()
-        start[1:POSE] = 0.0, scenery.half_px, scenery.variance_px2
+        start[1:POSE] = 0.0, scenery.half_px, scenery.begun_px2
         start[POSE:] = np.clip([longer * length, azimuth + turn], best.family.low, best.family.high)
         found = _ended(scenery, best.family, start)
         if found is not None and found.cost < best.cost:

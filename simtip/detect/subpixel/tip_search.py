@@ -12,6 +12,7 @@ from simtip.detect.subpixel.highlight import without_highlight
 from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import TipKind
 from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
+from simtip.detect.subpixel.seam import without_seam
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.tip import TipFit, fit_tip
 from simtip.detect.subpixel.tip_choice import (
@@ -50,6 +51,9 @@ the contrast the residual."""
 
 PALE_TRIED, PALE_SHARE = 3, 0.5
 """So many are fitted, and what of the misfit the best may leave."""
+
+SEAMED = {"cone": ("cone", "wedge"), "wedge": ("wedge", "cone"), "round": ("round",)}
+"""What a tip without a facet may be, once the pixels where it meets the shaft are left out."""
 
 MOST_TAPER = 0.2
 """By which a needle's width may change until there."""
@@ -93,9 +97,12 @@ class TipSearch:
         NoNeedleError
             No outline fits.
         """
-        seen, tip = self._usual(order(self.begin, kind))
+        kinds = order(self.begin, kind)
+        seen, tip = self._usual(kinds)
         if kind in ("auto", "bevel") and self._doubtful(tip):
             seen, tip = self._pale_facet(seen, tip)
+        if seen.rim_tilt == 0 and tip.family.facet is None:
+            seen, tip = self._without_seam(seen, tip, kinds)
         return self._without_highlights(seen, tip)
 
     def end(self, tip: TipFit) -> float:
@@ -134,6 +141,14 @@ class TipSearch:
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return seen, tip
 
+    def _without_seam(
+        self, seen: Scenery, tip: TipFit, kinds: tuple[str, ...]
+    ) -> tuple[Scenery, TipFit]:
+        """Fit a tip, and what looks nearly like it, without the pixels where it meets the shaft."""
+        seen = without_seam(seen, tip)
+        names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
+        return seen, best_tip(seen, self.v_end, self.begin, names, tip)
+
     def _pale_facet(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
         """Try a bevel that goes on beyond the needle's last row, its facet being about as bright.
 
@@ -161,7 +176,7 @@ class TipSearch:
         starts = []
         for cot, azimuth in product(PALE_COTS, PALE_AZIMUTHS):
             v = self.v_end + self._half * cot * (1 - abs(np.cos(azimuth)))
-            values = np.array([v, 0, far.half_px, far.variance_px2, cot, azimuth])
+            values = np.array([v, 0, far.half_px, far.begun_px2, cot, azimuth])
             starts.append(Start.at(far, FAMILIES["bevel"], values))
         return sorted(starts, key=lambda one: one.found.cost)
 

@@ -190,13 +190,18 @@ def test_of_a_bevel_whatever_its_facet_mirrors(cot, azimuth, level):
 @pytest.mark.slow
 @pytest.mark.parametrize(("cot", "azimuth"), [(2.5, 1.2), (2.7, 1.8)])
 def test_of_a_bevel_whose_facet_hardly_differs_from_the_background(cot, azimuth):
-    """The rows that show the needle end where the facet begins, 30 px and more before the apex."""
+    """The rows that show the needle end where the facet begins, 30 px and more before the apex.
+
+    Of the facet's brightness a tenth is contrast: how far it goes is told to a pixel or two.
+    """
     point, facet = bevel(cot, azimuth)
     drawn = Drawn(point=point, facet=facet, facet_level=1.1, ground_dn=160)
     seen = SubpixelParameters(focal_px=2000.0, centre_px=drawn.tip_px)
-    along, across = off(detect(photograph(drawn.light(), 9), seen), drawn)
-    assert abs(along) < 1
-    assert abs(across) < 0.1
+    light = drawn.light()
+    errors = [off(detect(photograph(light, seed), seen), drawn) for seed in range(7)]
+    along, across = np.median(np.abs(errors), axis=0)
+    assert along < 1.5
+    assert across < 0.1
 
 
 @pytest.mark.slow

@@ -2,14 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from regions import with_roi
 
 from simtip.detect.subpixel import SubpixelParameters, detect
 from simtip.geometry import unit
+from simtip.noise_budget import noise_tolerance
+from simtip.render import choose, render_pair
 from simtip.scene_file import load_scene
-from simtip.simulation import simulate
+from simtip.simulation import expose_pair, simulate
 from simtip.spec import SceneSpec
+from simtip.truth import scene_truth
 
 ROOT = Path(__file__).resolve().parents[3]
 ALONG_PX, ACROSS_PX = 0.15, 0.05
@@ -27,6 +31,29 @@ def test_in_both_views(scene, kind):
     data = cut.model_dump(mode="json")
     data["needle"].update(tip=TIPS[kind], roll_deg=30.0)
     check(simulate(SceneSpec.model_validate(data), seed=3), ALONG_PX, ACROSS_PX)
+
+
+@pytest.mark.slow
+def test_a_sharp_picture_scatters_as_is_claimed(scene):
+    """Without a lens: a blur taken for what is none would move the tip, by noise alone.
+
+    Of 46 degrees of freedom a ratio is known to 10 %.
+    """
+    cut = with_roi(scene, [620, 330, 400, 600], [830, 325, 400, 600])
+    backend, truth = choose(), scene_truth(cut)
+    views = render_pair(cut, backend=backend, seed=5, tolerance=noise_tolerance(cut))
+    errors, claims = [], []
+    for seed in range(24):
+        images = expose_pair(cut, views, seed=seed, backend=backend, light_seed=5).images
+        for image, view in zip(images, (truth.left, truth.right), strict=True):
+            found = detect(image)
+            axis = unit(view.axis_px)
+            errors.append((found.tip_px - view.tip_px) @ axis)
+            claims.append(axis @ found.covariance_px @ axis)
+    along = np.reshape(errors, (-1, 2))
+    scatter = np.sqrt(along.var(axis=0, ddof=1).mean())
+    assert np.abs(along.mean(axis=0)).max() < 0.05
+    assert np.sqrt(np.mean(claims)) / scatter == pytest.approx(1.05, abs=0.35)
 
 
 @pytest.mark.slow
