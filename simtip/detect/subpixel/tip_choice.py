@@ -95,20 +95,26 @@ def best_tip(
     if best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
         return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
-    best = _ended(scenery, best.family, _at_best_blur(scenery, best)) or best
+    best = _ended_from(scenery, best.family, _at_best_blur(scenery, best)) or best
     if best.misfit > GOOD_MISFIT:
         return _unhurried(scenery, best, tried, names)
     return _undecided(scenery, best, tried)
 
 
-def _at_best_blur(scenery: Scenery, fit: TipFit) -> Array:
-    """Give a fit's values; of a sharp picture with the blur that describes it best."""
+def _at_best_blur(scenery: Scenery, fit: TipFit) -> Start:
+    """Give where a fit is; in a sharp picture with the first blur that no larger one betters."""
+    best = Start(fit.values, fit.found)
     if not scenery.sharp:
-        return fit.values
-    ways = [fit.values.copy() for _ in SHARP_BLURS_PX2]
-    for values, variance in zip(ways, SHARP_BLURS_PX2, strict=True):
-        values[BLUR] = variance
-    return best_start(scenery, fit.family, ways).values
+        return best
+    for variance in SHARP_BLURS_PX2:
+        if variance > best.values[BLUR]:
+            values = best.values.copy()
+            values[BLUR] = variance
+            there = Start.at(scenery, fit.family, values)
+            if not there.found.cost < best.found.cost:
+                break
+            best = there
+    return best
 
 
 def _start(
@@ -184,7 +190,16 @@ def _ended(
     scenery: Scenery, family: Family, start: Array, rival: TipFit | None = None
 ) -> TipFit | None:
     try:
-        return fit_tip(scenery, family, Start.at(scenery, family, start), rival)
+        return _ended_from(scenery, family, Start.at(scenery, family, start), rival)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _ended_from(
+    scenery: Scenery, family: Family, start: Start, rival: TipFit | None = None
+) -> TipFit | None:
+    try:
+        return fit_tip(scenery, family, start, rival)
     except np.linalg.LinAlgError:
         return None
 

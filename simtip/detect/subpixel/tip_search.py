@@ -23,7 +23,7 @@ from simtip.detect.subpixel.tip_choice import (
     order,
     refitted,
 )
-from simtip.detect.subpixel.tip_start import TWINS, Start
+from simtip.detect.subpixel.tip_start import TWINS, Start, best_start, usual_values
 from simtip.geometry import Array
 
 MOST_DEPTH_PX = 160.0
@@ -101,8 +101,10 @@ class TipSearch:
         seen, tip = self._usual(kinds)
         if kind in ("auto", "bevel") and self._doubtful(tip):
             seen, tip = self._pale_facet(seen, tip)
-        if seen.rim_tilt == 0 and tip.family.facet is None:
-            seen, tip = self._without_seam(seen, tip, kinds)
+        if _has_seam(seen, tip):
+            names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
+            seen = without_seam(seen, tip)
+            tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return self._without_highlights(seen, tip)
 
     def end(self, tip: TipFit) -> float:
@@ -132,7 +134,13 @@ class TipSearch:
         if kinds[0] == "bevel":
             depth = max(depth, self._half * usual_depth(FAMILIES["bevel"], self.begin))
         seen = self._scenery(depth)
-        tip = best_tip(seen, self.v_end, self.begin, kinds)
+        begun = self._begun(seen, kinds[0]) if kinds[0] in SEAMED and not seen.rim_tilt else None
+        if begun is not None and begun.misfit < POOR_MISFIT:
+            seen = without_seam(seen, begun)
+        tip = best_tip(seen, self.v_end, self.begin, kinds, begun)
+        if tip.family.facet is not None and seen.left_out.any():
+            seen = self._scenery(depth)
+            tip = best_tip(seen, self.v_end, self.begin, (tip.family.name,), tip)
         needed = tip.family.depth(tip.values[2], tip.values[POSE:])
         if tip.family.name in TWINS and needed > depth:
             # A bevel's cut goes on beyond where its edge meets the shaft's side.
@@ -141,13 +149,14 @@ class TipSearch:
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return seen, tip
 
-    def _without_seam(
-        self, seen: Scenery, tip: TipFit, kinds: tuple[str, ...]
-    ) -> tuple[Scenery, TipFit]:
-        """Fit a tip, and what looks nearly like it, without the pixels where it meets the shaft."""
-        seen = without_seam(seen, tip)
-        names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
-        return seen, best_tip(seen, self.v_end, self.begin, names, tip)
+    def _begun(self, seen: Scenery, name: str) -> TipFit | None:
+        """Fit the family that is tried first, in haste."""
+        family = FAMILIES[name]
+        values = usual_values(seen, family, self.v_end, self.begin)
+        try:
+            return fit_tip(seen, family, best_start(seen, family, values), hasty=True)
+        except np.linalg.LinAlgError:
+            return None
 
     def _pale_facet(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
         """Try a bevel that goes on beyond the needle's last row, its facet being about as bright.
@@ -191,3 +200,8 @@ class TipSearch:
                 break
             seen, tip = darker, refitted(darker, tip)
         return (seen, tip) if tip.misfit < HIGHLIGHT_SHARE * before[1].misfit else before
+
+
+def _has_seam(seen: Scenery, tip: TipFit) -> bool:
+    """Say whether a tip's pixels have those where it meets the shaft, and no camera tells how."""
+    return seen.rim_tilt == 0 and tip.family.facet is None and not seen.left_out.any()
