@@ -21,6 +21,11 @@ LONGER = 1.15
 ARC_POINTS = 64
 """Of a rounding or a bevel's arc."""
 
+_ROUND = np.linspace(0, 2 * np.pi, 2 * ARC_POINTS, endpoint=False)
+_STEPS = np.linspace(-1, 1, 2 * ARC_POINTS - 1)
+_LEFT, _RIGHT = np.minimum(_STEPS, 0), np.maximum(_STEPS, 0)
+"""Angles about a rim, and along it from its left end over the apex to its right end."""
+
 
 @dataclass(frozen=True)
 class Family:
@@ -86,9 +91,7 @@ def _rim(h: float, shape: Array, tilt: float, angles: Array) -> Array:
 def _bevel(h: float, shape: Array, end: float, tilt: float) -> Array:
     """Give a bevelled cylinder: (cot of the bevel's angle, azimuth of the apex against x)."""
     azimuth = shape[1]
-    left = np.linspace(azimuth - np.pi, 0, ARC_POINTS)
-    right = np.linspace(0, azimuth, ARC_POINTS)
-    arc = _rim(h, shape, tilt, np.concatenate([left, right[1:]]))
+    arc = _rim(h, shape, tilt, _LEFT * (np.pi - azimuth) + _RIGHT * azimuth)
     return np.concatenate([[[-h, end]], arc, [[h, end]]])
 
 
@@ -108,7 +111,7 @@ def _wedge_depth(h: float, shape: Array) -> float:
 
 
 def _bevel_facet(h: float, shape: Array, tilt: float) -> Array:
-    return _rim(h, shape, tilt, np.linspace(0, 2 * np.pi, 2 * ARC_POINTS, endpoint=False))
+    return _rim(h, shape, tilt, _ROUND)
 
 
 def _bevel_apex(h: float, shape: Array, tilt: float) -> tuple[float, float]:
