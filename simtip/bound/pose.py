@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from simtip.camera import Camera
 from simtip.geometry import Array, Pose, unit
@@ -167,7 +167,7 @@ class ViewMoves:
         if name in VIEW_PLACE:
             return Pose(np.eye(3), amount * self.place[:, VIEW_PLACE.index(name)])
         about = {"tilt": self.axes.across, "turn": self.axes.depth, "roll": self.axes.along}[name]
-        R = Rotation.from_rotvec(amount * about).as_matrix()
+        R = scipy.spatial.transform.Rotation.from_rotvec(amount * about).as_matrix()
         return Pose(R, self.tip_mm - R @ self.tip_mm)
 
 

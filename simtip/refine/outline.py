@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy
 
 from simtip.camera import Camera
 from simtip.detect.subpixel.frame import Frame
@@ -155,7 +155,7 @@ def _hull(points: Array, eye: Eye) -> Array:
     If the camera distorts, its long sides are divided.
     """
     xy = points[:, :2] / points[:, 2:]
-    corners = xy[ConvexHull(xy).vertices]
+    corners = xy[scipy.spatial.ConvexHull(xy).vertices]
     if not eye.camera.distortion:
         return corners
     after = np.roll(corners, -1, axis=0)
@@ -185,4 +185,4 @@ def _facet(corners: Array, normal: Array, eye: Eye) -> Array | None:
     if normal @ corners[0] >= 0:
         return None
     xy = corners[:, :2] / corners[:, 2:]
-    return eye.see(_ahead(xy[ConvexHull(xy, qhull_options="QJ").vertices]))
+    return eye.see(_ahead(xy[scipy.spatial.ConvexHull(xy, qhull_options="QJ").vertices]))

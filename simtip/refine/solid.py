@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from simtip.errors import InputError
 from simtip.geometry import Array
@@ -94,12 +94,12 @@ class Solid:
         start = float(points[:, 2].min())
         points[:, 2] -= start
         length = float(points[:, 2].max())
-        ring = points[ConvexHull(points[:, :2]).vertices, :2]
+        ring = points[scipy.spatial.ConvexHull(points[:, :2]).vertices, :2]
         radius = float(np.linalg.norm(ring, axis=1).max())
         _require_needle(points, faces, radius, length)
         first = points[points[:, 2] <= 1e-6 * radius]
         tip = first.mean(axis=0) if apex is None else np.asarray(apex, np.float64) - [0, 0, start]
-        corners = points[ConvexHull(points).vertices]
+        corners = points[scipy.spatial.ConvexHull(points).vertices]
         front = corners[corners[:, 2] < length * (1 - 1e-6)]
         facing = forward(points, faces)
         depth = float(points[faces[facing], 2].max()) if facing.any() else 0.0
@@ -146,8 +146,8 @@ def _require_needle(points: Array, faces: Faces, radius: float, length: float) -
     a, b, c = (points[faces[:, k]] for k in range(3))
     volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
     try:
-        hull = float(ConvexHull(points).volume)
-    except QhullError as error:
+        hull = float(scipy.spatial.ConvexHull(points).volume)
+    except scipy.spatial.QhullError as error:
         raise InputError("is flat: it has no volume") from error
     if not (1 - HOLLOW) * hull < volume < (1 + HOLLOW) * hull:
         raise InputError(

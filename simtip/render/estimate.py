@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from simtip.render.chunks import batches, means
 from simtip.render.engine import dr, mi
 from simtip.render.progress import Tally
-from simtip.render.sobol import TABLE_POINTS, Points, points_of
+from simtip.render.sobol import Points, points_of
+from simtip.render.sobol_table import TABLE_POINTS
 
 Floats = NDArray[np.float32]
 Pixels = NDArray[np.uint32]

@@ -14,7 +14,8 @@ from simtip.render.engine import dr, mi
 from simtip.render.illumination import direct, matt_point, room_ray
 from simtip.render.lamps import Lamp
 from simtip.render.progress import Tally
-from simtip.render.sobol import TABLE_POINTS, Points, points_of
+from simtip.render.sobol import Points, points_of
+from simtip.render.sobol_table import TABLE_POINTS
 from simtip.render.surround import Surround
 from simtip.seeding import seed32
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simtip.geometry import Array
 from simtip.render.illuminator import Illuminator
 from simtip.render.progress import Tally
-from simtip.render.sobol import TABLE_POINTS
+from simtip.render.sobol_table import TABLE_POINTS
 from simtip.seeding import seed32
 
 Floats = NDArray[np.float32]

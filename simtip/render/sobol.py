@@ -16,16 +16,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from simtip.render.chunks import aligned
 from simtip.render.engine import dr, mi
+from simtip.render.sobol_table import TABLE_POINTS, table
 
 PIXEL, LOBE, APERTURE, LOBE_CHOICE, ROOM, LAMPS = 0, 2, 4, 6, 7, 9
 """First dimension of each use, which names its shifts."""
 
-COLUMNS = 7
 SCATTERED = 2
 """First column of the table for ways on from a surface: a lobe, the room and every lamp share it.
 
@@ -34,20 +33,13 @@ stay uncorrelated. Later columns are worse spread in pairs: up to five times the
 in the needle, for the second of two.
 """
 
-TABLE_POINTS = 1 << 14
-TABLE_SEED = 10
-"""Of 16 the best for smooth light from few points, and for edges through a lens; at plain edges all
-are equal to 5 %."""
 HASH_ROUNDS = 10
 """Of TEA; with four, shifts of neighbours are correlated."""
 
 
 @cache
 def _table() -> NDArray[np.uint32]:
-    """Give (COLUMNS, TABLE_POINTS) scrambled Sobol points as 32-bit fractions."""
-    points = scipy.stats.qmc.Sobol(COLUMNS, scramble=True, rng=TABLE_SEED).random(TABLE_POINTS)
-    bits: NDArray[np.uint32] = (points.T * 2.0**32).astype(np.uint32)
-    return bits
+    return aligned(table())
 
 
 class Points:
@@ -70,11 +62,11 @@ class Points:
         self._seed = dr.opaque(mi.UInt32, seed)
 
     def _at(self, dimension: int, column: int) -> Any:
-        table = mi.UInt32(_table()[column])
+        points = mi.UInt32(_table()[column])
         name = dr.opaque(mi.UInt32, 0x9E3779B1 * (dimension + 1) % 2**32)
         shift, _ = mi.sample_tea_32(self._owners, self._seed + name, HASH_ROUNDS)
         dr.eval(shift)  # once an owner, not once a sample
-        bits = dr.gather(mi.UInt32, table, self._index) ^ dr.gather(mi.UInt32, shift, self._item)
+        bits = dr.gather(mi.UInt32, points, self._index) ^ dr.gather(mi.UInt32, shift, self._item)
         return mi.Float(bits >> 8) * 2.0**-24
 
     def _pair(self, dimension: int, column: int) -> Any:
