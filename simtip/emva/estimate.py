@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 Array = NDArray[np.float64]
 
 
-Z99 = float(stats.norm.ppf(0.995))
+Z99 = float(special.ndtri(0.995))
 """Half-width of a two-sided 99 % interval, in standard deviations."""
 
 
@@ -99,7 +99,7 @@ def fit_line(x: Array, y: Array, variance: Array) -> Line:
     level = (weight * y).sum() / total
     residual = y - level - slope * (x - centre)
     chi2, freedom = float((weight * residual**2).sum()), len(x) - 2
-    misfit = chi2 / float(stats.chi2.ppf(0.999, freedom)) if freedom else 0.0
+    misfit = chi2 / (2 * float(special.gammaincinv(freedom / 2, 0.999))) if freedom else 0.0
     inflation = chi2 / freedom if misfit > 1 else 1.0
     cross = -centre / spread
     covariance = np.array([[1 / total + centre**2 / spread, cross], [cross, 1 / spread]])

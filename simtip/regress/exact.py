@@ -176,9 +176,9 @@ def _sorted(ranks: NDArray[np.int64]) -> tuple[int, ...]:
 @lru_cache(maxsize=32)
 def _sums_of_all(strata: tuple[tuple[tuple[int, ...], int], ...]) -> Array:
     """Give the distribution of the sum over strata, each of its sorted ranks and its m."""
-    pmf = np.ones(1)
-    for ranks, m in strata:
-        pmf = np.convolve(pmf, _subset_sums(ranks, m))
+    pmf, *others = (_subset_sums(ranks, m) for ranks, m in strata)
+    for other in others:
+        pmf = np.convolve(pmf, other)
     pmf.setflags(write=False)
     return pmf
 
@@ -188,11 +188,11 @@ def _subset_sums(ranks: tuple[int, ...], m: int) -> Array:
     """Give the distribution of the sum of m of these sorted ranks, each choice as likely as any."""
     counts = np.zeros((m + 1, sum(ranks[-m:]) + 1))
     counts[0, 0] = 1
-    for rank in ranks:
-        if rank:
-            counts[1:, rank:] += counts[:-1, :-rank].copy()
-        else:
-            counts[1:] += counts[:-1].copy()
+    for k, rank in enumerate(ranks):
+        # Only sums that there are yet, and that ranks to come can still bring to m of them.
+        low, high = max(m - len(ranks) + k, 0), min(k + 1, m)
+        width = sum(ranks[k - high + 1 : k]) + 1
+        counts[low + 1 : high + 1, rank : rank + width] += counts[low:high, :width].copy()
     chosen: Array = counts[m] / counts[m].sum()
     chosen.setflags(write=False)
     return chosen
