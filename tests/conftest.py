@@ -127,7 +127,15 @@ def ask():
 
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown():
-    """After a scalar render, leave no back end set that every later render has to go back to."""
+    """Leave the renderer as tests want it, once one has loaded it.
+
+    After a scalar render there is no back end set that every later render has to go back to. Where
+    every core has a worker of pytest-xdist, Dr.Jit's threads wait for work, and that is a third of
+    what small renders cost.
+    """
+    drjit = sys.modules.get("drjit")
+    if drjit is not None and "PYTEST_XDIST_WORKER" in os.environ and drjit.thread_count() != 1:
+        drjit.set_thread_count(1)
     mitsuba = sys.modules.get("mitsuba")
     if mitsuba is not None and str(mitsuba.variant()).startswith("scalar"):
         mitsuba.set_variant(choose().variant)
