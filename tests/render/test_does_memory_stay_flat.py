@@ -18,9 +18,12 @@ import pytest
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
-POSES = 200
-SETTLED = 10
+POSES = 90
+SETTLED = 30
 """Poses after which memory is to have found its level; every so many its kept part is read."""
+GROWTH = 1.007
+"""Of kept memory: in 60 poses, 6 pages each. Seen: 0.05 % from one reading to the next, and from
+the 10th pose to the 30th, while the largest arrays come, 0.5 %."""
 
 PRELUDE = """
 import json, sys
@@ -48,6 +51,7 @@ MEMORY = """
 import ctypes, gc
 with activated(choose()):  # Dr.Jit alone would take any LLVM that it finds
     import drjit as dr
+dr.set_thread_count(1)  # more would mostly wait
 
 def resident_pages():
     with open("/proc/self/statm") as file:
@@ -74,6 +78,7 @@ print(json.dumps(found))
 KERNELS = """
 with activated(choose()):
     import drjit as dr
+dr.set_thread_count(1)
 dr.set_flag(dr.JitFlag.KernelHistory, True)
 found = []
 for scene in poses(sys.argv[1], 5, samples=64, light_step_mm=2.0):
@@ -107,12 +112,12 @@ def run(script, *arguments, caches):
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
-def test_memory_after_200_poses_is_that_after_10(tmp_path):
+def test_memory_after_90_poses_is_that_after_30(tmp_path):
     """Kept memory; what Dr.Jit holds of freed arrays varies with its threads by an array or two."""
     resident, kept = zip(*run(MEMORY, str(POSES), str(SETTLED), caches=tmp_path), strict=True)
     assert len(resident) == POSES
     settled, *later = [pages for pages in kept if pages is not None]
-    assert max(later) <= 1.02 * settled
+    assert max(later) <= GROWTH * settled
     assert max(resident[SETTLED:]) <= 1.15 * resident[SETTLED - 1]
 
 
