@@ -74,8 +74,9 @@ def test_one_worker_two_workers_and_a_cluster(tmp_path):
 
 
 @pytest.mark.slow
-def test_no_scheduler_is_one_line(tmp_path):
+def test_no_scheduler_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="comes with simtip[cluster]")
+    monkeypatch.setattr("simtip.sweep.pool.CONNECT_S", 1)
     file = sweep_file(tmp_path)
     said = run(file, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1", code=2)
     assert "no scheduler answers at tcp://127.0.0.1:1" in said
