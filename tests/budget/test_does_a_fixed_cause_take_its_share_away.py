@@ -6,7 +6,7 @@ The cause is mended in the scene itself, and the system tried anew, with other n
 from __future__ import annotations
 
 import pytest
-from experiment.small_experiment import asked, scene_file
+from experiment.small_experiment import asked, asked_as_users_do, scene_file
 
 
 def row(told, kind, cause):
@@ -45,7 +45,7 @@ def check(told, kind, cause, mended):
 
 @pytest.mark.slow
 def test_shares_add_up_to_the_total(tmp_path):
-    told = asked("budget", scene_file(tmp_path))
+    told = asked_as_users_do("budget", scene_file(tmp_path))
     for kind in ("position", "step", "from_start"):
         one = told[kind]
         assert one["sum_of_shares_mm2"] + one["rest_mm2"] == pytest.approx(one["total_mm2"])

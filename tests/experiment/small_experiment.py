@@ -1,4 +1,4 @@
-"""An experiment on a scene so small that it takes seconds, run as a user runs it."""
+"""An experiment on a scene so small that it takes seconds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from one_process import call_here
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
@@ -27,14 +28,26 @@ def scene_file(folder: Path, name: str = "scene.yaml", **experiment: Any) -> Pat
     return path
 
 
+def words(name: str, file: Path, *options: object) -> list[str]:
+    """Give the words of an analysis, with a cache beside the scene, that follow the program."""
+    return list(map(str, [name, file, "--cache", file.parent / "cache", *options]))
+
+
 def command(name: str, file: Path, *options: object) -> list[str]:
-    """Give the command line of an analysis, with a cache beside the scene."""
-    words = map(str, [file, "--cache", file.parent / "cache", *options])
-    return [sys.executable, "-m", "simtip", name, *words]
+    """Give its command line."""
+    return [sys.executable, "-m", "simtip", *words(name, file, *options)]
 
 
 def asked(name: str, file: Path, *options: object) -> dict[str, Any]:
-    """Run it to its end, and give its JSON."""
+    """Run it to its end, workers and all in this process, and give its JSON."""
+    done = call_here(*words(name, file, "--json", *options))
+    assert done.code == 0, done.err
+    found: dict[str, Any] = json.loads(done.out)
+    return found
+
+
+def asked_as_users_do(name: str, file: Path, *options: object) -> dict[str, Any]:
+    """Run it to its end in processes of its own, and give its JSON."""
     done = subprocess.run(
         command(name, file, "--json", *options), capture_output=True, text=True, check=False
     )

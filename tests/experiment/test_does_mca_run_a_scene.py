@@ -11,7 +11,7 @@ import time
 import pytest
 import yaml
 from asked import call
-from experiment.small_experiment import asked, command, scene_file
+from experiment.small_experiment import asked, asked_as_users_do, command, scene_file
 
 from simtip.sweep.table import Table
 
@@ -146,7 +146,7 @@ def test_a_kill_costs_what_was_in_flight(done, tmp_path):
     os.killpg(started.pid, signal.SIGKILL)
     started.wait()
     assert not (out / "mca.json").exists()
-    again = asked("mca", file, "-o", out)
+    again = asked_as_users_do("mca", file, "-o", out)
     assert again["worked_out"]["light"] < told["worked_out"]["light"]
     # The last bits of a calibration may differ.
     for part, key in (("agreement", "sd_mm"), ("grr", "grr"), ("position", "rms_mm")):
