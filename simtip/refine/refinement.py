@@ -32,7 +32,8 @@ FIRST_STEPS = 3
 NEAR_STEPS = 4
 
 GREATEST_MISFIT = 25.0
-"""Mean squared residual, over the noise, beyond which the needle has another shape or place."""
+"""Mean squared residual, over noise and ripples of lossy storage, beyond which the needle is of
+another shape or in another place."""
 
 
 class RefineStatus(StrEnum):
@@ -172,8 +173,9 @@ def refine(
     near = first.settle(_first_state(first, T_wn), NEAR_STEPS).state
     # Known better now: where the needle ends, and so which pixels are about it; and the noise,
     # which the shaft's fit takes for too much where edges run askew.
-    again = problem(near.T_wn).quieter([fit.misfit for fit in near.fits])
-    return _judged(again.settle(again.state(near.T_wn, near.blur)), solid, rig)
+    again = problem(near.T_wn).with_noise_left(near.fits)
+    ripples = np.array([view.ripples for view in again.views])
+    return _judged(again.settle(again.state(near.T_wn, near.blur)), solid, rig, ripples)
 
 
 def analyses(
@@ -207,12 +209,13 @@ def _first_state(problem: Problem, T_wn: Pose) -> State:
     return min(followed, key=lambda s: s.cost)
 
 
-def _judged(solution: Solution, solid: Solid, rig: StereoRig) -> Refinement:
+def _judged(solution: Solution, solid: Solid, rig: StereoRig, ripples: Array) -> Refinement:
     state = solution.state
-    misfit = np.array([fit.misfit for fit in state.fits])
+    left = np.array([fit.misfit for fit in state.fits])
+    misfit = left * ripples
     if not solution.settled:
         return Refinement(RefineStatus.NOT_SETTLED, "the fit came to no end", misfit=misfit)
-    if misfit.max() > GREATEST_MISFIT:
+    if left.max() > GREATEST_MISFIT:
         return Refinement(
             RefineStatus.MISFIT,
             f"the pictures differ from the needle's by {misfit.max():.3g} times the noise's "
@@ -220,7 +223,7 @@ def _judged(solution: Solution, solid: Solid, rig: StereoRig) -> Refinement:
             misfit=misfit,
         )
     tip = state.T_wn.apply(solid.apex)
-    scale = max(1.0, float(misfit.max()))
+    scale = max(1.0, float(left.max()))
     return Refinement(
         RefineStatus.OK,
         "",

@@ -70,11 +70,10 @@ class Problem:
     solid: Solid
     views: tuple[View, View]
 
-    def quieter(self, shares: Sequence[float]) -> Problem:
-        """Give the same with so much of each picture's noise variance; never more than all."""
+    def with_noise_left(self, fits: Sequence[Fit]) -> Problem:
+        """Give the same with the noise that fits to both pictures leave, see `View`."""
         left, right = (
-            replace(view, noise=view.noise * min(1.0, share))
-            for view, share in zip(self.views, shares, strict=True)
+            view.with_noise_left(fit) for view, fit in zip(self.views, fits, strict=True)
         )
         return replace(self, views=(left, right))
 

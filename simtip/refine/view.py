@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from simtip.detect.protocol import Image
 from simtip.detect.subpixel.analysis import Analysis
 from simtip.detect.subpixel.gray import mean_gray
 from simtip.detect.subpixel.picture import Window
+from simtip.detect.subpixel.shaft_noise import LEAST_NOISE_DN2
 from simtip.geometry import Array, Pose
 from simtip.refine.cells import Cells
 from simtip.refine.drawing import Drawing
@@ -23,6 +24,10 @@ SHAFT_WIDTHS, SHAFT_MOST_PX = 7.0, 240.0
 
 MARGIN_MM = 20.0
 """The needle is drawn so far beyond the window."""
+
+RIPPLE_SHARE = 0.012
+"""Of the background's gray value, what ripples of lossy storage leave: 0.011 of JPEG at quality 40.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +82,8 @@ class View:
         z of the needle at which it is out of the window.
     blur_px
         Deviation of the blur, to begin with.
+    ripples
+        How many times the noise that the picture's flat parts show is taken for it.
     """
 
     eye: Eye
@@ -88,6 +95,7 @@ class View:
     end: int
     end_mm: float
     blur_px: float
+    ripples: float = 1.0
 
     @classmethod
     def of(
@@ -127,6 +135,20 @@ class View:
             end_mm,
             float(np.sqrt(analysis.scenery.variance_px2)),
         )
+
+    def with_noise_left(self, fit: Fit) -> View:
+        """Give it with less noise, if a fit leaves less than was thought.
+
+        Lossy storage smooths what is flat, from which the noise is told, and leaves ripples about
+        edges. So where the dark shows less noise than rounding makes, what a fit leaves is taken
+        for it, up to a small part of the background's gray value.
+        """
+        share = fit.misfit
+        if self.noise[0] > LEAST_NOISE_DN2:
+            return replace(self, noise=self.noise * min(1.0, share))
+        told = float(self.noise @ [1.0, self.level])
+        share = min(share, max(1.0, (RIPPLE_SHARE * self.level) ** 2 / told))
+        return replace(self, noise=self.noise * share, ripples=max(1.0, share))
 
     def draw(self, solid: Solid, T_wn: Pose, blur_px: float) -> Drawing:
         """Draw the needle where it is supposed to be."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from ray_cast_needle import RoundNeedle, pair
@@ -59,6 +60,26 @@ def test_the_tip_is_found_to_micrometres(table_1, name):
 @pytest.mark.slow
 def test_lenses_that_distort_make_no_difference(distorted):
     check(pair(distorted, CONE, TIP))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("quality", "most_mm"), [(40, 0.05), (60, 0.01), (90, 0.003)])
+def test_lossy_storage_moves_it_by_little(table_1, quality, most_mm):
+    """Flat parts show no noise then, and edges ripple: the needle is no misfit for that.
+
+    Ripples are alike over a block of 8 x 8 px: of the strongest compression too little is claimed.
+    """
+    drawn = pair(table_1, CONE, TIP)
+    stored = [
+        cv2.imdecode(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1], 0)
+        for image in drawn.noisy(3)
+    ]
+    found = refine(*stored, drawn.rig, named(CONE.name))
+    assert found.ok, found.reason
+    off = found.tip_mm - drawn.tip_mm
+    assert np.linalg.norm(off) < most_mm
+    if quality > 40:
+        assert np.sqrt(off @ np.linalg.inv(found.covariance_mm2) @ off) < 6
 
 
 @pytest.mark.slow
