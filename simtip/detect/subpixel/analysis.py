@@ -46,6 +46,10 @@ GUESSED = 0.7
 WORST_TIP_MISFIT, WORST_SHARE = 30.0, 0.06
 """A fit that is worse, both by the noise and by the needle's contrast, is none."""
 
+MOSTLY, WORST_WITHIN = 0.5, 0.12
+"""Least cover of a pixel that is mostly the needle's; a fit that is worse there, by the contrast,
+is none, whatever lies behind the needle."""
+
 BIN_PIXELS = 6
 """About so many pixels are averaged for one value that the shaft is fitted to."""
 
@@ -190,7 +194,8 @@ def _measured(
     tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
     search = TipSearch(turned, shaft, v_end, wedge, traced.level, traced.contrast, tilts)
     seen, tip = search.found(parameters.tip)
-    _require_tip(tip, traced, search.end(tip), half, turned.shape)
+    within = (tip.found.cover.whole > MOSTLY) & ~seen.left_out
+    _require_tip(tip, traced, search.end(tip), half, turned.shape, within)
     if tip.family.name.startswith("bevel"):
         spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
         if not parameters.focal_px:  # a guess, half of it off
@@ -201,9 +206,16 @@ def _measured(
 
 
 def _require_tip(
-    tip: TipFit, traced: Trace, v_end: float, half: float, shape: tuple[int, ...]
+    tip: TipFit,
+    traced: Trace,
+    v_end: float,
+    half: float,
+    shape: tuple[int, ...],
+    within: NDArray[np.bool_],
 ) -> None:
     """Refuse a tip outside the picture, far from where the needle was seen to end, or unlike any.
+
+    `within`: which pixels that count are mostly the needle's.
 
     Raises
     ------
@@ -220,8 +232,16 @@ def _require_tip(
             f"the tip that fits best lies {off:.0f} px from where the needle was seen to end",
         )
     left_dn = float(np.sqrt(np.mean(tip.residual**2)))
-    if tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast:
+    bad = tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast
+    within_dn = float(np.sqrt(np.mean(tip.residual[within] ** 2))) if within.any() else np.inf
+    if bad or within_dn > WORST_WITHIN * traced.contrast:
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
-            f"the needle's end looks like no tip that is known: a fit is {left_dn:.0f} DN off",
+            "the needle's end looks like no tip that is known: a fit is "
+            f"{max(left_dn, within_dn):.0f} DN off",
+        )
+    deviation = float(np.sqrt(np.linalg.eigvalsh(tip.tip_covariance)[-1] * max(1.0, tip.misfit)))
+    if deviation > half:
+        raise NoNeedleError(
+            TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.0f} px only"
         )

@@ -63,6 +63,8 @@ class Scenery:
         Of the axis' slope du/dv at the tip.
     left_out
         (H W,) which pixels do not count.
+    clutter
+        (H W,) variance, DN^2, of what lies behind the needle and is no even ground.
     """
 
     window: Window
@@ -78,6 +80,7 @@ class Scenery:
     rim_tilt: float
     slope_deviation: float
     left_out: NDArray[np.bool_]
+    clutter: Array | float = 0.0
 
     @property
     def sharp(self) -> bool:
@@ -98,7 +101,7 @@ class Scenery:
     def precision(self) -> Array:
         """Root of each pixel's weight (H W,), 1 / DN: one over the noise's deviation, or 0."""
         constant, slope = self.shaft.noise
-        counts = 1 / np.sqrt(constant + slope * np.maximum(self.value, 0))
+        counts = 1 / np.sqrt(constant + slope * np.maximum(self.value, 0) + self.clutter)
         return np.where(self.left_out, 0.0, counts)
 
     @cached_property

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.detect.subpixel.behind import with_clutter
 from simtip.detect.subpixel.highlight import without_highlight
 from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import TipKind
@@ -34,6 +35,9 @@ DEPTH_SHARE = 1.25
 
 CLEAR_PX = 4
 """Between a tip's end and the shaft's last row."""
+
+CLUTTER_PASSES = 2
+"""The ground is looked at again once the tip's outline is better known."""
 
 MOST_HIGHLIGHTS, HIGHLIGHT_SHARE = 4, 0.4
 """Times that a highlight's pixels are looked for, and what of the misfit may be left then."""
@@ -105,7 +109,7 @@ class TipSearch:
             names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
             seen = without_seam(seen, tip)
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
-        return self._without_highlights(seen, tip)
+        return self._before_clutter(*self._without_highlights(seen, tip))
 
     def end(self, tip: TipFit) -> float:
         """Give the row about which the needle ends; a pale facet's own, which no edge shows."""
@@ -188,6 +192,17 @@ class TipSearch:
             values = np.array([v, 0, far.half_px, far.begun_px2, cot, azimuth])
             starts.append(Start.at(far, FAMILIES["bevel"], values))
         return sorted(starts, key=lambda one: one.found.cost)
+
+    def _before_clutter(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
+        """Fit a tip that fits badly before an uneven ground, which counts as noise."""
+        for _ in range(CLUTTER_PASSES):
+            if tip.misfit < POOR_MISFIT:
+                break
+            rough = with_clutter(seen, tip, self.contrast)
+            if rough is None:
+                break
+            seen, tip = rough, refitted(rough, tip)
+        return seen, tip
 
     def _without_highlights(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
         """Fit a tip that fits badly without a highlight's pixels, if that is what is amiss."""

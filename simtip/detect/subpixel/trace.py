@@ -26,6 +26,10 @@ EDGE_LEVEL = 0.25
 END_LEVEL = 0.12
 """A row that nowhere reaches so much of the usual contrast shows no needle."""
 
+CLEARER, MOST_LEVEL = 1.3, 0.45
+"""Times that an edge and a needle's row exceed what is usual beside the needle, grain or print; and
+the greatest part of the contrast that is asked for."""
+
 END_ROWS = 6
 """So many of those in a row end it."""
 
@@ -91,16 +95,19 @@ def trace(gray: Gray, centre: tuple[float, float], width_px: float) -> Trace | N
     level = _background(seen, half)
     dark: NDArray[np.float32] = np.subtract(level[:, None], seen, dtype=np.float32)
     np.abs(dark, out=dark)
-    dark[np.abs(offset) > half + 4] = 0
+    within = np.abs(offset) <= half + 4
+    ground = float(np.median(np.where(within, 0, dark).max(axis=1)))
+    dark[~within] = 0
     peak = dark.max(axis=1)
     usual = float(np.median(np.sort(peak)[-max(8, len(peak) // 3) :]))
     if usual < 4:
         return None
-    first, last = _longest(peak >= END_LEVEL * usual)
+    uneven = min(CLEARER * ground, MOST_LEVEL * usual)
+    first, last = _longest(peak >= max(END_LEVEL * usual, uneven))
     if last - first < 2 * width_px:
         return None
     part = slice(first, last + 1)
-    strong = dark[part] >= EDGE_LEVEL * usual
+    strong = dark[part] >= max(EDGE_LEVEL * usual, uneven)
     any_seen = strong.any(axis=1)
     rows_u = columns[part].astype(np.float64)
     left = np.where(any_seen, rows_u[:, 0] + strong.argmax(axis=1) - 0.5, np.nan)
