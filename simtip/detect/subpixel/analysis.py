@@ -176,13 +176,15 @@ def _measured(
             f"only {len(rows)} rows of straight shaft were seen; {LEAST_ROWS} are needed",
         )
     shaft = even_shaft(turned, rows[-MOST_ROWS:], begun)
+    if _unlike(shaft, traced):
+        # A bright streak beside an edge looks like one.
+        shaft = even_shaft(turned, rows[-MOST_ROWS:], begun, any_width=True)
     traced = traced_anew(frame.view(gray), shaft, begun) or traced
     v_end, wedge = first_wedge(traced, shaft)
     widths = shaft.half_px(np.array([float(rows[0]), v_end]))
     if not (widths.min() > 0 and np.diag(shaft.covariance).min() > 0):
         raise NoNeedleError(TipStatus.NOT_FOUND, "the shaft's edges cannot be fitted")
-    left_dn = float(np.sqrt(shaft.misfit * (shaft.noise @ [1.0, traced.level]) / BIN_PIXELS))
-    if shaft.misfit > WORST_SHAFT_MISFIT and left_dn > WORST_SHARE * traced.contrast:
+    if _unlike(shaft, traced):
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
             f"what was seen is no straight, even shaft (misfit {shaft.misfit:.0f})",
@@ -203,6 +205,12 @@ def _measured(
         moved = by_tilt(seen, tip) * spread
         tip = replace(tip, tip_covariance=tip.tip_covariance + np.outer(moved, moved))
     return Analysis(frame, traced, shaft, seen, tip)
+
+
+def _unlike(shaft: Shaft, traced: Trace) -> bool:
+    """Say whether a shaft is no straight, even one, by the noise and by the needle's contrast."""
+    left_dn = float(np.sqrt(shaft.misfit * (shaft.noise @ [1.0, traced.level]) / BIN_PIXELS))
+    return shaft.misfit > WORST_SHAFT_MISFIT and left_dn > WORST_SHARE * traced.contrast
 
 
 def _require_tip(

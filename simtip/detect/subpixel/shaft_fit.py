@@ -49,6 +49,8 @@ def fit(
     starts: list[Shaft],
     likely: Callable[[Shaft], bool],
     seen: Shaft | None = None,
+    *,
+    any_width: bool = False,
 ) -> Shaft:
     """Fit a shaft to rows of the turned gray image (H, W).
 
@@ -65,6 +67,8 @@ def fit(
         Says of a shaft whether it can be; if none can, the width is held where the starts have it.
     seen
         What a glance from the first start made of these rows.
+    any_width
+        Take the best one if none is likely, whatever its width.
     """
     rows = _whole_blocks(rows)
     noise = noise_of(image, rows, starts[0]) if seen is None else seen.noise
@@ -77,7 +81,7 @@ def fit(
         ended = _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
         if likely(ended):
             return ended
-    held = [replace(start, width_held=True) for start in free]
+    held = free if any_width else [replace(start, width_held=True) for start in free]
     best = _best_of(image, rows, held, lambda _: True) or held[0]
     return _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
 

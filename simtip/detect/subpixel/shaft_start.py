@@ -39,15 +39,20 @@ EDGE_PARTS, EDGE_VARIANCE_PX2, EDGE_PASSES = 4, 0.6, 3
 looked anew around a shaft that was moved by more than a pixel."""
 
 
-def even_shaft(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> Shaft:
-    """Fit the shaft; where a highlight comes and goes along it, only the part next to the tip."""
+def even_shaft(
+    image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft, *, any_width: bool = False
+) -> Shaft:
+    """Fit the shaft; where a highlight comes and goes along it, only the part next to the tip.
+
+    With `any_width` one that is far wider or narrower than its traced edges counts, too.
+    """
     rows, start, seen = _even_at_a_glance(image, rows, begun)
-    shaft = _fitted(image, rows, start, seen)
+    shaft = _fitted(image, rows, start, seen, any_width=any_width)
     while shaft.misfit > UNEVEN_MISFIT and len(rows) >= SHORTEST_HALVED:
         rows = rows[len(rows) // 2 :]
         if not _promising(image, rows, shaft):
             break
-        shorter = _fitted(image, rows, _start(image, rows, begun))
+        shorter = _fitted(image, rows, _start(image, rows, begun), any_width=any_width)
         if shorter.misfit > EVENER * shaft.misfit:
             break
         shaft = shorter
@@ -108,7 +113,12 @@ def _start(image: NDArray[np.float32], rows: NDArray[np.intp], begun: Shaft) -> 
 
 
 def _fitted(
-    image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft, seen: Shaft | None = None
+    image: NDArray[np.float32],
+    rows: NDArray[np.intp],
+    start: Shaft,
+    seen: Shaft | None = None,
+    *,
+    any_width: bool,
 ) -> Shaft:
     """Fit the shaft from several blurs; from the sharpest as far as it was seen already."""
     half = float(start.width[0])
@@ -119,7 +129,7 @@ def _fitted(
         return bool(abs(one.width[0] - half) < _slack_px(one))
 
     try:
-        return fit(image, rows, starts, likely, seen)
+        return fit(image, rows, starts, likely, seen, any_width=any_width)
     except np.linalg.LinAlgError as error:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, "the shaft's brightness cannot be fitted"
