@@ -7,6 +7,7 @@ and their share of the normal equations is what all would have, less what those 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ from simtip.detect.subpixel.picture import (
     SHAFT_COLUMNS,
     TIP_COLUMNS,
     Cover,
+    Placed,
     cover_change,
     shaft_columns,
     tip_columns,
@@ -67,8 +69,8 @@ class Comparison:
         -2 log likelihood.
     misfit
         Mean squared residual over the noise.
-    cover
-        What the outline covers.
+    placed, cover
+        The outline in the image, and what it covers.
     """
 
     near: NDArray[np.intp]
@@ -79,6 +81,7 @@ class Comparison:
     residual: Array
     cost: float
     misfit: float
+    placed: Placed
     cover: Cover
 
 
@@ -132,6 +135,7 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
         residual,
         chi2 + off + _off(scenery, values),
         chi2 / scenery.counted,
+        placed,
         covered,
     )
 
@@ -143,6 +147,7 @@ def _near(covered: Cover, scenery: Scenery) -> NDArray[np.intp]:
     return np.flatnonzero(cv2.dilate(touched.reshape(shape), np.ones((3, 3), np.uint8)))
 
 
+@lru_cache(maxsize=8)
 def _prior(level: float) -> tuple[Array, Array]:
     """Give precision and mean of the amplitudes: background, shaft, tip."""
     usual = BRIGHTNESS_DEVIATION * level
@@ -177,13 +182,12 @@ def derivative(
         other = values.copy()
         other[k] += steps[k]
         moved.append(scenery.place(family, other))
-    placed = scenery.place(family, values)
     cells = scenery.cells(values[BLUR])
-    by_cover = cover_change(placed, moved, steps[by_edges], cells)
+    by_cover = cover_change(found.placed, moved, steps[by_edges], cells)
     change = np.zeros((len(found.near), len(values)))
     change[:, by_edges] = _by_cover(scenery, found, by_cover.whole.T, by_cover.tip.T)
     if not scenery.sharp:
-        there = scenery.cover(placed, values[BLUR] + steps[BLUR])
+        there = scenery.cover(found.placed, values[BLUR] + steps[BLUR])
         change[:, BLUR] = (
             _by_cover(scenery, found, there.whole - found.cover.whole, there.tip - found.cover.tip)
             / steps[BLUR]

@@ -86,7 +86,7 @@ class Placed:
         if len(self.facet) == 0:
             return left, right, left, left, np.zeros(len(v))
         k = int(np.argmin(self.facet[:, 1]))
-        low, high = _interval(np.roll(self.facet, -k, axis=0), v)
+        low, high = _interval(np.concatenate([self.facet[k:], self.facet[:k]]), v)
         there = (v >= self.facet[k, 1]).astype(np.float64)
         return left, right, np.clip(low, left, right), np.clip(high, left, right), there
 

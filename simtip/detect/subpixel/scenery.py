@@ -131,11 +131,8 @@ class Scenery:
 
     def place(self, family: Family, values: Array) -> Placed:
         """Put an outline into the image."""
-        v, shift, half, _ = values[:POSE]
-        slope = float(self.shaft.slope(np.array(v)))
-        hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
-        across = np.array([-hub[1], hub[0]])
-        origin = np.array([float(self.shaft.axis_u(np.array(v))), v]) + shift * across
+        origin, across, hub = self._axes(values)
+        v, half = values[0], values[2]
         end = (v - self.window.v + 20.0) * 1.5
         outline = family.polygon(half, values[POSE:], end, self.tilt)
         corners = origin + outline[:, :1] * across + outline[:, 1:] * hub
@@ -149,10 +146,17 @@ class Scenery:
 
     def apex(self, family: Family, values: Array) -> Array:
         """Give u, v of the apex (2,)."""
-        placed = self.place(family, values)
-        across = np.array([-placed.hub[1], placed.hub[0]])
+        origin, across, hub = self._axes(values)
         x, z = family.apex(values[2], values[POSE:], self.tilt)
-        return np.asarray(placed.origin + x * across + z * placed.hub)
+        return np.asarray(origin + x * across + z * hub)
+
+    def _axes(self, values: Array) -> tuple[Array, Array, Array]:
+        """Give the outline's origin u, v, and the unit vectors across it and to its hub."""
+        v, shift = values[:2]
+        slope = float(self.shaft.slope(np.array(v)))
+        hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
+        across = np.array([-hub[1], hub[0]])
+        return np.array([float(self.shaft.axis_u(np.array(v))), v]) + shift * across, across, hub
 
     def cells(self, variance_px2: float) -> Cells:
         """Give the window's cells in a picture so blurred."""
