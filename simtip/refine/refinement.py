@@ -68,7 +68,8 @@ class Refinement:
     tips_px
         (2, 2) u, v of the apex in the left and the right picture.
     misfit
-        (2,) mean squared residual over the noise, left and right: 1 if the model is right.
+        (2,) mean squared residual over the noise, left and right: 1 if the model is right, more
+        where lossy storage has left ripples.
     """
 
     status: RefineStatus

@@ -82,6 +82,8 @@ class View:
         z of the needle at which it is out of the window.
     blur_px
         Deviation of the blur, to begin with.
+    eight_bit
+        Whether the picture may have been stored with loss.
     ripples
         How many times the noise that the picture's flat parts show is taken for it.
     """
@@ -95,6 +97,7 @@ class View:
     end: int
     end_mm: float
     blur_px: float
+    eight_bit: bool
     ripples: float = 1.0
 
     @classmethod
@@ -134,17 +137,19 @@ class View:
             int(np.rint(drawn.corners[:, 1].max())),
             end_mm,
             float(np.sqrt(analysis.scenery.variance_px2)),
+            image.dtype == np.uint8,
         )
 
     def with_noise_left(self, fit: Fit) -> View:
         """Give it with less noise, if a fit leaves less than was thought.
 
         Lossy storage smooths what is flat, from which the noise is told, and leaves ripples about
-        edges. So where the dark shows less noise than rounding makes, what a fit leaves is taken
-        for it, up to a small part of the background's gray value.
+        edges. So where the noise of an 8-bit picture, taken to gray value 0, is no more than what
+        rounding makes, what a fit leaves is taken for it, up to a small part of the background's
+        gray value.
         """
         share = fit.misfit
-        if self.noise[0] > LEAST_NOISE_DN2:
+        if self.noise[0] > LEAST_NOISE_DN2 or not self.eight_bit:
             return replace(self, noise=self.noise * min(1.0, share))
         told = float(self.noise @ [1.0, self.level])
         share = min(share, max(1.0, (RIPPLE_SHARE * self.level) ** 2 / told))

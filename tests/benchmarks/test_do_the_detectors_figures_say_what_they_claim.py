@@ -161,7 +161,7 @@ def test_the_table_says_what_efficiency_is_over_and_what_was_not_tried(bench, tr
     assert "over the pairs at the first 2 poses" in text
     assert "256 samples" in text
     line = text.splitlines()[-1]
-    assert "`silhouette` | not for this needle |" in line
+    assert "`silhouette` |  | not for this needle |" in line
     assert line.count("|") == text.splitlines()[-3].count("|")
     without = bench.figures([pair(trials, 0.2, 0.2)]) | {"settings": SETTINGS}
     assert "Efficiency" not in bench.table(shown({"lin2020": without}))

@@ -76,6 +76,13 @@ class Analysis:
     tip: TipFit
 
     @property
+    def misfit(self) -> float:
+        """Mean squared residual over the camera's noise alone, whatever lies behind the needle."""
+        counted = ~self.scenery.left_out
+        shares = self.tip.residual[counted] ** 2 / self.scenery.noise[counted]
+        return float(np.mean(shares))
+
+    @property
     def tip_px(self) -> Array:
         """The apex (2,) u, v in the picture as it is."""
         return self.frame.points_back(self.tip.tip)
@@ -134,7 +141,7 @@ def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
     failures = []
     best: Analysis | None = None
     for band in bands[: parameters.candidates]:
-        if best is not None and best.tip.misfit < BAD_MISFIT and _within(best, band):
+        if best is not None and best.misfit < BAD_MISFIT and _within(best, band):
             continue
         fine = mean_gray(image, parameters.full_scale, band.surroundings(image.shape))
         try:
@@ -142,9 +149,9 @@ def _analysed(image: Image, parameters: SubpixelParameters) -> Analysis:
         except NoNeedleError as error:
             failures.append(error)
             continue
-        if best is None or found.tip.misfit < best.tip.misfit / 2:
+        if best is None or found.misfit < best.misfit / 2:
             best = found
-        if best.tip.misfit < GOOD_MISFIT:
+        if best.misfit < GOOD_MISFIT:
             break
     if best is None:
         raise failures[0]
@@ -197,7 +204,8 @@ def _measured(
     search = TipSearch(turned, shaft, v_end, wedge, traced.level, traced.contrast, tilts)
     seen, tip = search.found(parameters.tip)
     within = (tip.found.cover.whole > MOSTLY) & ~seen.left_out
-    _require_tip(tip, traced, search.end(tip), half, turned.shape, within)
+    end = search.end(seen, tip)
+    _require_tip(tip, traced, end, half, turned.shape, within, seen.noise)
     if tip.family.name.startswith("bevel"):
         spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
         if not parameters.focal_px:  # a guess, half of it off
@@ -220,10 +228,11 @@ def _require_tip(
     half: float,
     shape: tuple[int, ...],
     within: NDArray[np.bool_],
+    noise: Array,
 ) -> None:
     """Refuse a tip outside the picture, far from where the needle was seen to end, or unlike any.
 
-    `within`: which pixels that count are mostly the needle's.
+    `within`: which pixels that count are mostly the needle's; `noise`: of all, its variance, DN^2.
 
     Raises
     ------
@@ -241,7 +250,8 @@ def _require_tip(
         )
     left_dn = float(np.sqrt(np.mean(tip.residual**2)))
     bad = tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast
-    within_dn = float(np.sqrt(np.mean(tip.residual[within] ** 2))) if within.any() else np.inf
+    unexplained = np.mean(tip.residual[within] ** 2 - noise[within]) if within.any() else np.inf
+    within_dn = float(np.sqrt(max(unexplained, 0.0)))
     if bad or within_dn > WORST_WITHIN * traced.contrast:
         raise NoNeedleError(
             TipStatus.NOT_FOUND,
@@ -249,7 +259,7 @@ def _require_tip(
             f"{max(left_dn, within_dn):.0f} DN off",
         )
     deviation = float(np.sqrt(np.linalg.eigvalsh(tip.tip_covariance)[-1] * max(1.0, tip.misfit)))
-    if deviation > half:
+    if not deviation <= half:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.0f} px only"
         )

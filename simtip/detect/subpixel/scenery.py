@@ -51,7 +51,7 @@ class Scenery:
     shift_deviation, half_deviation
         Of the shaft's axis at the tip, px, and of its half width.
     variance_px2, variance_deviation
-        Of the blur at the tip, by the shaft.
+        Of the blur at the tip, by the shaft, px^2.
     level
         Of the background, DN.
     tilt
@@ -98,10 +98,15 @@ class Scenery:
         return ground_columns(self.window)
 
     @cached_property
+    def noise(self) -> Array:
+        """Variance of each pixel's gray value (H W,) that the camera makes, DN^2."""
+        constant, slope = self.shaft.noise
+        return np.asarray(constant + slope * np.maximum(self.value, 0))
+
+    @cached_property
     def precision(self) -> Array:
         """Root of each pixel's weight (H W,), 1 / DN: one over the noise's deviation, or 0."""
-        constant, slope = self.shaft.noise
-        counts = 1 / np.sqrt(constant + slope * np.maximum(self.value, 0) + self.clutter)
+        counts = 1 / np.sqrt(self.noise + self.clutter)
         return np.where(self.left_out, 0.0, counts)
 
     @cached_property

@@ -111,10 +111,14 @@ class TipSearch:
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return self._before_clutter(*self._without_highlights(seen, tip))
 
-    def end(self, tip: TipFit) -> float:
-        """Give the row about which the needle ends; a pale facet's own, which no edge shows."""
+    def end(self, seen: Scenery, tip: TipFit) -> float:
+        """Give the row about which the needle ends; a pale facet's own, which no edge shows.
+
+        Before clutter nothing tells a pale facet.
+        """
         depth = tip.family.depth(tip.values[2], tip.values[POSE:])
-        pale = tip.family.name == "bevel" and tip.misfit < POOR_MISFIT
+        even = not np.any(seen.clutter)
+        pale = tip.family.name == "bevel" and tip.misfit < POOR_MISFIT and even
         end = float(tip.tip[1])
         return end if pale and end - depth <= self.v_end <= end else self.v_end
 
@@ -139,7 +143,9 @@ class TipSearch:
             depth = max(depth, self._half * usual_depth(FAMILIES["bevel"], self.begin))
         seen = self._scenery(depth)
         begun = self._begun(seen, kinds[0]) if kinds[0] in SEAMED and not seen.rim_tilt else None
-        if begun is not None and begun.misfit < POOR_MISFIT:
+        if begun is not None and begun.misfit >= POOR_MISFIT:
+            begun = None
+        if begun is not None:
             seen = without_seam(seen, begun)
         tip = best_tip(seen, self.v_end, self.begin, kinds, begun)
         if tip.family.facet is not None and seen.left_out.any():
@@ -195,9 +201,9 @@ class TipSearch:
 
     def _before_clutter(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
         """Fit a tip that fits badly before an uneven ground, which counts as noise."""
+        if tip.misfit < POOR_MISFIT:
+            return seen, tip
         for _ in range(CLUTTER_PASSES):
-            if tip.misfit < POOR_MISFIT:
-                break
             rough = with_clutter(seen, tip, self.contrast)
             if rough is None:
                 break
