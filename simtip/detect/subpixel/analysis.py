@@ -250,7 +250,8 @@ def _require_tip(
         )
     left_dn = float(np.sqrt(np.mean(tip.residual**2)))
     bad = tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast
-    unexplained = np.mean(tip.residual[within] ** 2 - noise[within]) if within.any() else np.inf
+    most = traced.contrast**2
+    unexplained = np.mean(tip.residual[within] ** 2 - noise[within]) if within.any() else most
     within_dn = float(np.sqrt(max(unexplained, 0.0)))
     if bad or within_dn > WORST_WITHIN * traced.contrast:
         raise NoNeedleError(
