@@ -203,9 +203,7 @@ def _measured(
     tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
     search = TipSearch(turned, shaft, v_end, wedge, traced.level, traced.contrast, tilts)
     seen, tip = search.found(parameters.tip)
-    within = (tip.found.cover.whole > MOSTLY) & ~seen.left_out
-    end = search.end(seen, tip)
-    _require_tip(tip, traced, end, half, turned.shape, within, seen.noise)
+    _require_tip(seen, tip, traced, search.end(seen, tip), half, turned.shape)
     if tip.family.name.startswith("bevel"):
         spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
         if not parameters.focal_px:  # a guess, half of it off
@@ -222,17 +220,14 @@ def _unlike(shaft: Shaft, traced: Trace) -> bool:
 
 
 def _require_tip(
+    seen: Scenery,
     tip: TipFit,
     traced: Trace,
     v_end: float,
     half: float,
     shape: tuple[int, ...],
-    within: NDArray[np.bool_],
-    noise: Array,
 ) -> None:
     """Refuse a tip outside the picture, far from where the needle was seen to end, or unlike any.
-
-    `within`: which pixels that count are mostly the needle's; `noise`: of all, its variance, DN^2.
 
     Raises
     ------
@@ -250,8 +245,9 @@ def _require_tip(
         )
     left_dn = float(np.sqrt(np.mean(tip.residual**2)))
     bad = tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast
+    within = (tip.found.cover.whole > MOSTLY) & ~seen.left_out
     most = traced.contrast**2
-    unexplained = np.mean(tip.residual[within] ** 2 - noise[within]) if within.any() else most
+    unexplained = np.mean(tip.residual[within] ** 2 - seen.noise[within]) if within.any() else most
     within_dn = float(np.sqrt(max(unexplained, 0.0)))
     if bad or within_dn > WORST_WITHIN * traced.contrast:
         raise NoNeedleError(

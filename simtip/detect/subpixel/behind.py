@@ -37,8 +37,7 @@ def with_clutter(scenery: Scenery, fit: TipFit, contrast: float) -> Scenery | No
     beside = (whole < LEAST_COVER) & ~scenery.left_out
     if not beside.any():
         return None
-    constant, slope = scenery.shaft.noise
-    noise = constant + slope * float(np.mean(np.maximum(scenery.value[beside], 0)))
+    noise = float(np.mean(scenery.noise[beside]))
     uneven = float(np.mean(fit.residual[beside] ** 2)) - noise
     if uneven < (ROUGH - 1) * noise or uneven > (MOST_SHARE * contrast) ** 2:
         return None

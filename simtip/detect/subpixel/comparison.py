@@ -39,6 +39,9 @@ SHAPE_PRECISION = 1e-2
 
 LEAST_COVER = 1e-3
 
+WITHIN = 0.98
+"""Least cover of a pixel that is the needle's alone."""
+
 HELD = 1e12
 """Precision of what stays as it is."""
 

@@ -12,11 +12,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from simtip.detect.subpixel.comparison import WITHIN
 from simtip.detect.subpixel.scenery import POSE, Scenery
 from simtip.detect.subpixel.tip import TipFit
-
-WITHIN = 0.98
-"""Least cover of a pixel that is the needle's alone."""
 
 BRIGHT_SHARE = 0.06
 """Of the needle's contrast, by which a highlight's pixels are brighter than was fitted."""

@@ -11,11 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from simtip.detect.subpixel.comparison import WITHIN
 from simtip.detect.subpixel.scenery import Scenery
 from simtip.detect.subpixel.tip import TipFit
-
-WITHIN = 0.98
-"""Least cover of a pixel that is the needle's alone."""
 
 MOST_TILT, BESIDE_PX = 0.35, 1.0
 """Of an axis along the line of sight that is allowed for, and how much more is left out."""
