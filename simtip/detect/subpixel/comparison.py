@@ -13,17 +13,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.detect.subpixel.outline import Family
-from simtip.detect.subpixel.picture import (
+from simtip.detect.subpixel.brightness import (
     GROUND_COLUMNS,
     SHAFT_COLUMNS,
     TIP_COLUMNS,
-    Cover,
-    Placed,
-    cover_change,
     shaft_columns,
     tip_columns,
 )
+from simtip.detect.subpixel.outline import Family
+from simtip.detect.subpixel.picture import Cover, Placed, cover_change
 from simtip.detect.subpixel.scenery import BLUR, POSE, Scenery
 from simtip.detect.subpixel.shaft_equations import RIM_DEVIATION, RIM_LEVEL
 from simtip.geometry import Array
@@ -98,12 +96,13 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     precision = scenery.precision[near]
     whole, tip = covered.whole[near], covered.tip[near]
     bare = np.zeros((len(near), COLUMNS - GROUND_COLUMNS))
+    sides = placed.sides_of(v)
     for share, parts, make in (
         (whole - tip, slice(SHAFT_COLUMNS), shaft_columns),
         (tip, slice(SHAFT_COLUMNS, None), tip_columns),
     ):
         (there,) = np.nonzero(share > LEAST_COVER)
-        bare[there, parts] = make(placed, u[there], v[there], values[BLUR])
+        bare[there, parts] = make(placed, u[there], v[there], sides[:, there], values[BLUR])
     columns = np.empty((len(near), COLUMNS))
     np.multiply(ground, (1 - whole)[:, None], out=columns[:, :GROUND_COLUMNS])
     on_shaft, on_tip = ((whole - tip) * precision)[:, None], (tip * precision)[:, None]

@@ -1,7 +1,6 @@
 """What a camera makes of a needle's tip: how much of each pixel an outline covers.
 
-Rows finer than pixels are covered exactly along the row, then blurred and averaged. The brightness
-within is smooth, so it is worked out at the pixels' middles.
+Rows finer than pixels are covered exactly along the row, then blurred and averaged.
 """
 
 from __future__ import annotations
@@ -14,26 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.blur import blurred
-from simtip.detect.subpixel.edge_table import brightness_integral
 from simtip.geometry import Array
 
 ROWS, COLUMNS = 4, 2
 """Cells to a pixel."""
 
+NEAR_END, FINE = 2.0, 8
+"""Rows of cells so near an end, of a blunt outline or a facet, are looked at so many times: they
+are covered in part."""
+
 SHARP_PX2 = 0.005
 """Variance of a blur that is none: it takes a part in five hundred across a cell's border."""
-
-SHAFT_EVEN, SHAFT_ODD = 7, 6
-TIP_EVEN, TIP_ODD = 6, 5
-"""Brightness modes, besides the constant and its change along the axis."""
-
-GROUND_COLUMNS = 3
-SHAFT_COLUMNS = 2 + SHAFT_EVEN + SHAFT_ODD
-TIP_COLUMNS = 3 + TIP_EVEN + TIP_ODD
-"""What the brightness of each is made of."""
-
-PROFILE_STEP_PX = 1 / 16
-"""Of the shaft's brightness across, in between it is linear."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +80,20 @@ class Placed:
         there = (v >= self.facet[k, 1]).astype(np.float64)
         return left, right, np.clip(low, left, right), np.clip(high, left, right), there
 
+    @property
+    def ends(self) -> list[float]:
+        """Give the rows at which the outline ends and a facet begins: there it is blunt."""
+        ends = [float(self.corners[:, 1].max())]
+        if self.facet is not None and len(self.facet):
+            ends.append(float(self.facet[:, 1].min()))
+        return ends
+
+    def sides_of(self, v: Array) -> Array:
+        """Give `intervals` of pixels in whole rows v (n,), many of them in one row: (5, n)."""
+        first = v.min(initial=0.0)
+        sides = np.array(self.intervals(np.arange(first, v.max(initial=first) + 1)))
+        return np.asarray(sides[:, (v - first).astype(np.intp)])
+
     def before_shaft(self, u: Array, v: Array) -> NDArray[np.float32]:
         """Give the part (m, n) of cells at columns u (n,) and rows v (m,) before the shaft's begin.
 
@@ -143,6 +147,37 @@ class Cover:
     tip: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Where rows of cells are looked at: in their middles, and more finely where that is too few.
+
+    Attributes
+    ----------
+    v, row, weight
+        (n,) of each row that is looked at, ascending, in which of the rows of cells it is, and its
+        part in that.
+    first
+        (rows,) the first that is in each.
+    finely, in_fine
+        (k,) rows of cells that are looked at `FINE` times; (n,) which are of those.
+    """
+
+    v: Array
+    row: NDArray[np.intp]
+    weight: Array
+    first: NDArray[np.intp]
+    finely: NDArray[np.intp]
+    in_fine: NDArray[np.bool_]
+
+    def means(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Give the rows of cells' means (rows, m) of values (n, m)."""
+        found = values[self.first]
+        if len(self.finely):
+            fine = values[self.in_fine].reshape(len(self.finely), FINE, -1)
+            found[self.finely] = fine.mean(axis=1)
+        return found
+
+
 @dataclass(frozen=True)
 class Cells:
     """A window's cells: `ROWS` to a pixel's height, and `COLUMNS` to its width if it is blurred.
@@ -177,6 +212,17 @@ class Cells:
         first = self.window.v - self.pad - 0.5
         return np.asarray(first + (np.arange(self.shape[0]) + 0.5) / ROWS)
 
+    def rows_about(self, ends: list[float]) -> Rows:
+        """Give the rows, those near an end more finely."""
+        number = np.ones(len(self.rows), np.intp)
+        for end in ends:
+            number[np.abs(self.rows - end) < NEAR_END / ROWS] = FINE
+        row = np.repeat(np.arange(len(number)), number)
+        first = np.cumsum(number) - number
+        k, of = np.arange(len(row)) - first[row], number[row]
+        v = self.rows[row] + ((k + 0.5) / of - 0.5) / ROWS
+        return Rows(v, row, 1 / of, first, np.flatnonzero(number > 1), of > 1)
+
     @property
     def left(self) -> float:
         """Give u at which the first column begins."""
@@ -209,17 +255,17 @@ class Cells:
 
 def cover(placed: Placed, cells: Cells) -> Cover:
     """Work out what an outline covers of a window's pixels, blurred."""
-    v = cells.rows
-    left, right, inner_left, inner_right, there = placed.intervals(v)
+    rows = cells.rows_about(placed.ends)
+    left, right, inner_left, inner_right, there = placed.intervals(rows.v)
     whole = _covered(cells, left, right)
     if placed.facet is None:
-        tip = whole * placed.before_shaft(cells.columns, v)
+        tip = whole * placed.before_shaft(cells.columns, rows.v)
     elif len(placed.facet):
         tip = _covered(cells, inner_left, inner_right)
         tip *= there.astype(np.float32)[:, None]
     else:
-        return Cover(cells.pixels(whole), cells.none)
-    return Cover(cells.pixels(whole), cells.pixels(tip))
+        return Cover(cells.pixels(rows.means(whole)), cells.none)
+    return Cover(cells.pixels(rows.means(whole)), cells.pixels(rows.means(tip)))
 
 
 def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells) -> Cover:
@@ -242,23 +288,24 @@ def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells
     change
         (k, H W) each.
     """
-    v, u = cells.rows, cells.columns
-    *edges, there = placed.intervals(v)
+    rows, u = cells.rows_about(placed.ends), cells.columns
+    *edges, _ = placed.intervals(rows.v)
     shaft = None
     if placed.facet is None:
-        shaft = _covered(cells, edges[0], edges[1]), placed.before_shaft(u, v)
+        before = placed.before_shaft(u, rows.v)
+        shaft = _covered(cells, edges[0], edges[1]), before, rows.means(before)
     whole, tip = [], []
     for other, step in zip(moved, steps, strict=True):
-        *now, _ = other.intervals(v)
-        change = _edges_change(cells, edges[:2], now[:2], step)
+        *now, _ = other.intervals(rows.v)
+        change = _edges_change(cells, rows, edges[:2], now[:2], step)
         whole.append(cells.pixels(change))
         if shaft is not None:
-            covered, before = shaft
-            tip_change = change * before
-            tip_change += covered * ((other.before_shaft(u, v) - before) / np.float32(step))
+            covered, before, mean_before = shaft
+            moves = covered * ((other.before_shaft(u, rows.v) - before) / np.float32(step))
+            tip_change = change * mean_before
+            tip_change += rows.means(moves)
         elif placed.facet is not None and len(placed.facet):
-            tip_change = _edges_change(cells, edges[2:], now[2:], step)
-            tip_change *= there.astype(np.float32)[:, None]
+            tip_change = _edges_change(cells, rows, edges[2:], now[2:], step)
         else:
             tip.append(cells.none)
             continue
@@ -267,17 +314,19 @@ def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells
 
 
 def _edges_change(
-    cells: Cells, before: list[Array], after: list[Array], step: float
+    cells: Cells, rows: Rows, before: list[Array], after: list[Array], step: float
 ) -> NDArray[np.float32]:
     """Give how fast cells' cover changes with the left and the right edge of each row."""
-    rows, columns = cells.shape
-    found = np.zeros(rows * columns, np.float32)
+    columns = cells.shape[1]
+    places, speeds = [], []
     for old, new, sign in zip(before, after, (-cells.fine, cells.fine), strict=True):
         k = np.floor(((old + new) / 2 - cells.left) * cells.fine).astype(np.intp)
         (seen,) = np.nonzero((k >= 0) & (k < columns) & (old != new))
-        speed = sign * (new[seen] - old[seen]) / step
-        found[seen * columns + k[seen]] += speed.astype(np.float32)
-    return found.reshape(rows, columns)
+        places.append(rows.row[seen] * columns + k[seen])
+        speeds.append(sign * (new[seen] - old[seen]) / step * rows.weight[seen])
+    total = cells.shape[0] * columns
+    found = np.bincount(np.concatenate(places), np.concatenate(speeds), total)
+    return found.astype(np.float32).reshape(cells.shape)
 
 
 def _covered(cells: Cells, left: Array, right: Array) -> NDArray[np.float32]:
@@ -293,69 +342,3 @@ def _covered(cells: Cells, left: Array, right: Array) -> NDArray[np.float32]:
         np.maximum(part, 0, out=part)
     found -= at_left
     return found
-
-
-def _mean_brightness(low: Array, high: Array, even: int, odd: int) -> Array:
-    """Give the means (n, 1 + even + odd) of constant and modes from s = low to high (n,)."""
-    wide = np.maximum(high - low, 1e-3)
-    middle = (low + high) / 2
-    begin, end = middle - wide / 2, middle + wide / 2
-    means = brightness_integral(end, even, odd)
-    means -= brightness_integral(begin, even, odd)
-    reach = np.minimum(end, 1) - np.maximum(begin, -1)
-    means /= np.maximum(reach, 1e-6)[:, None]
-    return means
-
-
-def _seen(u: Array, low: Array, high: Array, reach: float) -> tuple[Array, Array]:
-    """Give the part of [low, high] within `reach` of u as s from -1 to 1: both ends (n,)."""
-    middle, half = (low + high) / 2, np.maximum((high - low) / 2, 1e-3)
-    # Beyond an edge: what is right at it.
-    begin = np.minimum(np.maximum((u - reach - middle) / half, -1), 0.999)
-    end = np.maximum(np.minimum((u + reach - middle) / half, 1), -0.999)
-    return begin, end
-
-
-def ground_columns(window: Window) -> Array:
-    """Give what the background's brightness is made of (H W, 3): constant, change by u and v."""
-    v, u = np.divmod(np.arange(window.height * window.width), window.width)
-    return np.column_stack([np.ones(len(u)), u / window.width - 0.5, v / window.height - 0.5])
-
-
-def shaft_columns(placed: Placed, u: Array, v: Array, variance_px2: float) -> Array:
-    """Give what the shaft's brightness is made of at pixels (n,): (n, `SHAFT_COLUMNS`)."""
-    reach = 0.5 + float(np.sqrt(variance_px2))
-    side = placed.half_px + reach
-    x = np.linspace(-side, side, int(np.ceil(2 * side / PROFILE_STEP_PX)) + 1)
-    half = np.full(len(x), placed.half_px)
-    profile = _mean_brightness(*_seen(x, -half, half, reach), SHAFT_EVEN, SHAFT_ODD)
-    place = (placed.x_at(u, v) + side) * ((len(x) - 1) / (2 * side))
-    place = np.minimum(np.maximum(place, 0), len(x) - 1)
-    k = np.minimum(place.astype(np.intp), len(x) - 2)
-    columns = np.empty((len(u), SHAFT_COLUMNS))
-    across = columns[:, :-1]
-    np.take(np.diff(profile, axis=0), k, axis=0, out=across)
-    across *= (place - k)[:, None]
-    across += profile[k]
-    columns[:, -1] = _change(placed, u, v)
-    return columns
-
-
-def tip_columns(placed: Placed, u: Array, v: Array, variance_px2: float) -> Array:
-    """Give what the tip's own brightness is made of at pixels (n,): (n, `TIP_COLUMNS`)."""
-    reach = 0.5 + float(np.sqrt(variance_px2))
-    first = v.min(initial=0.0)
-    rows = np.arange(first, v.max(initial=first) + 1)
-    row = (v - first).astype(np.intp)
-    low, high = (side[row] for side in placed.intervals(rows)[2:4])
-    s = (u - (low + high) / 2) / np.maximum((high - low) / 2, 0.5)
-    change = _change(placed, u, v)
-    across = _mean_brightness(*_seen(u, low, high, reach), TIP_EVEN, TIP_ODD)
-    slant = np.minimum(np.maximum(s, -1), 1) * change
-    return np.concatenate([across, change[:, None], slant[:, None]], axis=1)
-
-
-def _change(placed: Placed, u: Array, v: Array) -> Array:
-    """Give how far up the needle pixels lie, in depths of its tip, up to two."""
-    z = placed.z_at(u, v) / max(placed.depth_px, 1.0)
-    return np.asarray(np.minimum(np.maximum(z, 0), 2) - 0.5)

@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.detect.subpixel.brightness import ground_columns
 from simtip.detect.subpixel.outline import Family
-from simtip.detect.subpixel.picture import Cells, Cover, Placed, Window, cover, ground_columns
+from simtip.detect.subpixel.picture import Cells, Cover, Placed, Window, cover
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.geometry import Array
 

@@ -35,7 +35,8 @@ class Bins:
     """Pixels near both edges, averaged: (blocks, bins).
 
     Distance from the axis that they were sorted by, across it, px; gray value; number of pixels;
-    and of each block the row, and u of that axis there.
+    of each block the row, and u of that axis there; and each bin's number, ascending: those without
+    a pixel are left out.
     """
 
     x: Array
@@ -43,6 +44,7 @@ class Bins:
     count: Array
     v: Array
     axis_u: Array
+    number: NDArray[np.intp]
 
 
 def block_rows(rows: NDArray[np.intp]) -> int:
@@ -83,25 +85,29 @@ def sort_pixels(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
         number.reshape(shape)[:, used],
         rows_of,
         shaft.axis_u(rows_of),
+        np.flatnonzero(used),
     )
 
 
 def merge(bins: Bins) -> Bins:
-    """Merge neighbouring bins, and blocks until `LEAST_BLOCKS` to twice as many are left."""
+    """Merge neighbouring bins, and blocks until `LEAST_BLOCKS` to twice as many are left.
+
+    Along a needle that stands upright, whole columns of pixels are a bin each, with empty ones
+    between them: those have no neighbour.
+    """
     tall = max(1, len(bins.v) // LEAST_BLOCKS)
     first = len(bins.v) % tall
-    odd = bins.count.shape[1] % BINS_MERGED
-    shape = (-1, tall, bins.count.shape[1] // BINS_MERGED, BINS_MERGED)
+    wide, begins = np.unique(bins.number // BINS_MERGED, return_index=True)
 
     def summed(values: Array) -> Array:
-        kept = values[first:, : values.shape[1] - odd]
-        return np.asarray(kept.reshape(shape).sum(axis=(1, 3)))
+        kept = values[first:].reshape(-1, tall, values.shape[1]).sum(axis=1)
+        return np.asarray(np.add.reduceat(kept, begins, axis=1))
 
     count = summed(bins.count)
     there = np.maximum(count, 1)
     x, value = (summed(each * bins.count) / there for each in (bins.x, bins.value))
     v, axis_u = (each[first:].reshape(-1, tall).mean(axis=1) for each in (bins.v, bins.axis_u))
-    return Bins(x, value, count, v, axis_u)
+    return Bins(x, value, count, v, axis_u, wide)
 
 
 def edges_px(

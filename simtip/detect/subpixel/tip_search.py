@@ -12,7 +12,7 @@ from simtip.detect.subpixel.behind import with_clutter
 from simtip.detect.subpixel.highlight import without_highlight
 from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import TipKind
-from simtip.detect.subpixel.scenery import POSE, Scenery, scenery_of
+from simtip.detect.subpixel.scenery import BLUR, POSE, Scenery, scenery_of
 from simtip.detect.subpixel.seam import without_seam
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.tip import TipFit, fit_tip
@@ -21,6 +21,7 @@ from simtip.detect.subpixel.tip_choice import (
     TRIALS,
     begun_elsewhere,
     best_tip,
+    or_cone,
     order,
     refitted,
 )
@@ -109,7 +110,7 @@ class TipSearch:
             names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
             seen = without_seam(seen, tip)
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
-        return self._before_clutter(*self._without_highlights(seen, tip))
+        return self._before_clutter(*self._without_highlights(seen, tip, kinds))
 
     def end(self, seen: Scenery, tip: TipFit) -> float:
         """Give the row about which the needle ends; a pale facet's own, which no edge shows.
@@ -152,12 +153,20 @@ class TipSearch:
             seen = self._scenery(depth)
             tip = best_tip(seen, self.v_end, self.begin, (tip.family.name,), tip)
         needed = tip.family.depth(tip.values[2], tip.values[POSE:])
-        if tip.family.name in TWINS and needed > depth:
-            # A bevel's cut goes on beyond where its edge meets the shaft's side.
-            seen = self._scenery(needed)
+        beyond = self._unseen(seen, tip)
+        if tip.family.name in TWINS and (needed > depth or beyond > 0):
+            # A bevel's cut goes on beyond where its edge meets the shaft's side, and a pale one's
+            # end beyond the last row that shows the needle.
+            seen = self._scenery(needed, beyond)
             names = (tip.family.name,) if tip.misfit < POOR_MISFIT else TRIALS["bevel"]
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return seen, tip
+
+    def _unseen(self, seen: Scenery, tip: TipFit) -> float:
+        """Give by how much further down pixels have to be compared to see a tip's end, px."""
+        blur = 3 * float(np.sqrt(tip.values[BLUR]))
+        missing = float(tip.tip[1]) + CLEAR_PX + blur - (seen.window.v + seen.window.height)
+        return min(missing, self._half * PALE_BEYOND) if missing > 0 else 0.0
 
     def _begun(self, seen: Scenery, name: str) -> TipFit | None:
         """Fit the family that is tried first, in haste."""
@@ -210,7 +219,9 @@ class TipSearch:
             seen, tip = rough, refitted(rough, tip)
         return seen, tip
 
-    def _without_highlights(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
+    def _without_highlights(
+        self, seen: Scenery, tip: TipFit, kinds: tuple[str, ...]
+    ) -> tuple[Scenery, TipFit]:
         """Fit a tip that fits badly without a highlight's pixels, if that is what is amiss."""
         before = seen, tip
         for _ in range(MOST_HIGHLIGHTS):
@@ -220,7 +231,9 @@ class TipSearch:
             if darker is None:
                 break
             seen, tip = darker, refitted(darker, tip)
-        return (seen, tip) if tip.misfit < HIGHLIGHT_SHARE * before[1].misfit else before
+        if tip.misfit >= HIGHLIGHT_SHARE * before[1].misfit:
+            return before
+        return seen, or_cone(seen, tip) if "cone" in kinds else tip
 
 
 def _has_seam(seen: Scenery, tip: TipFit) -> bool:

@@ -43,6 +43,8 @@ class Drawn:
     streak
         Where a lamp's bright line lies across the needle, x over the half width there, how wide
         it is of that, and its brightness over the background's; or None.
+    cut
+        Whether the point is what a cut has left of the shaft, curved as before, and no cone.
     """
 
     point: tuple[tuple[float, float], ...] = ((-1, 4), (0, 0), (1, 4))
@@ -57,6 +59,7 @@ class Drawn:
     facet: tuple[tuple[float, float], ...] | None = None
     facet_level: float = 1.3
     streak: tuple[float, float, float] | None = None
+    cut: bool = False
 
     @property
     def axis(self):
@@ -83,8 +86,9 @@ class Drawn:
         inside = between(u, left, right)
         shaft = self.placed([(x, z) for x in sides for z in (-1e4, 1e4)])[[0, 1, 3, 2]]
         low, high = chord(shaft, v)
-        # On the point the flanks, on the shaft its sides, bound what is curved.
-        low, high = np.maximum(low, left), np.minimum(high, right)
+        if not self.cut:
+            # On the point the flanks, on the shaft its sides, bound what is curved.
+            low, high = np.maximum(low, left), np.minimum(high, right)
         middle, half = (low + high) / 2, np.maximum((high - low) / 2, 1e-6)
         middle, half = middle.astype(np.float32), half.astype(np.float32)
         s = np.clip((u + 0.5 / COLUMNS - middle[:, None]) / half[:, None], -1, 1)
@@ -92,10 +96,11 @@ class Drawn:
         if self.streak is not None:
             x, wide, level = self.streak
             seen += (np.abs(s - x) < wide / 2) * (self.ground_dn * level - seen)
-        if self.facet is not None:
-            cut = between(u, *chord(self.placed(self.facet), v))
-            seen += np.minimum(cut, inside) * (self.ground_dn * self.facet_level - seen)
         fine = (self.ground_dn + inside * (seen - self.ground_dn)).astype(np.float32)
+        if self.facet is not None:
+            # What of a cell is the facet's is not the shaft's: at the rim nothing shows through.
+            cut = np.minimum(between(u, *chord(self.placed(self.facet), v)), inside)
+            fine += cut * (self.ground_dn * self.facet_level - seen)
         if self.sigma_px:
             size = [2 * int(np.ceil(4 * self.sigma_px * cells)) + 1 for cells in (COLUMNS, ROWS)]
             sigma = self.sigma_px * COLUMNS, self.sigma_px * ROWS
@@ -156,14 +161,21 @@ def photograph(light, seed, noise_dn=1.5):
     return np.clip(np.rint(light + noise), 0, 255).astype(np.uint8)
 
 
-def bevel(cot, azimuth):
-    """Give point and facet of a cut cylinder seen at right angles, from its apex's x, z."""
+def bevel(cot, azimuth, **changed):
+    """Give a bevel seen at right angles, whose cut looks at the camera, or without a facet away.
+
+    `azimuth` is the apex's against x.
+    """
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     rim = np.column_stack([np.cos(angle - azimuth), cot * (1 - np.cos(angle))])
     rim -= rim[0]
     front = np.column_stack([np.cos(angle - azimuth), np.sin(angle - azimuth)])[:, 1] <= 0
     point = rim[front]
-    return tuple(map(tuple, point[np.argsort(point[:, 0])])), tuple(map(tuple, rim))
+    corners = {
+        "point": tuple(map(tuple, point[np.argsort(point[:, 0])])),
+        "facet": tuple(map(tuple, rim)),
+    }
+    return Drawn(**(corners | changed), cut=True)
 
 
 def off(observation, drawn):

@@ -58,8 +58,11 @@ def test_a_sharp_picture_scatters_as_is_claimed(scene):
 
 @pytest.mark.slow
 def test_with_a_streak_that_splits_the_needle():
-    """At the very tip the streak, as bright as the background, takes a part of a pixel."""
-    check(simulate(load_scene(ROOT / "scenes" / "hard" / "streak.yaml")), 1.0, ACROSS_PX)
+    """At the very tip the streak, as bright as the background, takes a part of a pixel.
+
+    The flank beside it is a pixel or two wide.
+    """
+    check(simulate(load_scene(ROOT / "scenes" / "hard" / "streak.yaml")), 1.0, 0.1)
 
 
 def check(done, along_px, across_px):

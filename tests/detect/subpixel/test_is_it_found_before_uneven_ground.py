@@ -8,8 +8,7 @@ from drawn_needles import METAL, Drawn, bevel, off, photograph
 from simtip.detect.subpixel import SubpixelParameters, detect
 
 CONE = Drawn(ground_dn=170, degrees=12.0, shape=(320, 220))
-POINT, FACET = bevel(2.5, 1.2)
-BEVEL = Drawn(ground_dn=170, shape=(320, 220), point=POINT, facet=FACET, facet_level=0.2)
+BEVEL = bevel(2.5, 1.2, ground_dn=170, shape=(320, 220), facet_level=0.2)
 
 
 def grained(drawn, rms_dn, size_px, seed):
