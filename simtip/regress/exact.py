@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import stats
 
@@ -23,6 +24,11 @@ MOST_RANKED = 120
 
 MOST_STATES = 400_000
 """Likewise, of the sums of all strata; and of the squared number of pairs."""
+
+
+FEW_STRATA, NEARLY_RIGHT = 4, 1e-7
+"""Of more strata the sums are worked out by Fourier transforms, so that p is right to 1e-10; if it
+is less than that, once more without them."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +76,12 @@ def stratified_rank_sum(strata: Sequence[tuple[Array, Array]]) -> Tested:
     large = any(len(ranks) > MOST_RANKED for ranks, _ in told)
     if large or sum(int(ranks.sum()) for ranks, _ in told) > MOST_STATES:
         return Tested(_normal_p(told, observed), least)
-    pmf = _sums_of_all(tuple((_sorted(ranks), m) for ranks, m in told))
-    return Tested(_two_sided(pmf, observed), least)
+    strata_told = tuple((_sorted(ranks), m) for ranks, m in told)
+    if len(told) > FEW_STRATA:
+        p = _two_sided(_nearly_sums_of_all(strata_told), observed)
+        if p >= NEARLY_RIGHT:
+            return Tested(p, least)
+    return Tested(_two_sided(_sums_of_all(strata_told), observed), least)
 
 
 def critical_rank_sum(n: int, level: float) -> float | None:
@@ -170,6 +180,18 @@ def _ranked(before: Array, after: Array) -> tuple[NDArray[np.int64], int]:
 
 def _sorted(ranks: NDArray[np.int64]) -> tuple[int, ...]:
     return tuple(np.sort(ranks).tolist())
+
+
+@lru_cache(maxsize=32)
+def _nearly_sums_of_all(strata: tuple[tuple[tuple[int, ...], int], ...]) -> Array:
+    """Give what `_sums_of_all` does, each chance to some 1e-16, in a hundredth of the time."""
+    chances = [_subset_sums(ranks, m) for ranks, m in strata]
+    size = sum(len(one) - 1 for one in chances) + 1
+    spectrum: NDArray[np.complex128] = np.ones(1, np.complex128)
+    for one in chances:
+        spectrum = spectrum * scipy.fft.rfft(one, scipy.fft.next_fast_len(size, real=True))
+    pmf = scipy.fft.irfft(spectrum, scipy.fft.next_fast_len(size, real=True))[:size]
+    return np.asarray(np.maximum(pmf, 0), np.float64)
 
 
 # Values without ties have the same ranks in every test, and a suite of many conditions asks often.

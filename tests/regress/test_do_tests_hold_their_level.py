@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from simtip.regress import exact
 from simtip.regress.exact import holm, paired_t, rank_sum, signed_rank, stratified_rank_sum
 
 
@@ -51,6 +52,15 @@ def test_strata_say_what_counting_every_division_of_each_does():
         sums, observed = np.add.outer(sums, own).ravel(), observed + ranks[3:].sum()
     wanted = 2 * min((sums <= observed + 1e-9).mean(), (sums >= observed - 1e-9).mean())
     assert stratified_rank_sum(strata).p == pytest.approx(min(1, wanted))
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.4, 3.0])
+def test_of_many_strata_fourier_transforms_say_what_sums_do(shift, monkeypatch):
+    rng = np.random.default_rng(4)
+    strata = [(rng.normal(size=9).round(1), rng.normal(shift, 1, 9).round(1)) for _ in range(12)]
+    found = stratified_rank_sum(strata).p
+    monkeypatch.setattr(exact, "FEW_STRATA", len(strata))
+    assert found == pytest.approx(stratified_rank_sum(strata).p, rel=1e-5)
 
 
 def test_many_values_are_as_the_normal_approximation_has_it():
