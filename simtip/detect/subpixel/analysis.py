@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -67,6 +67,8 @@ class Analysis:
         Turns the picture so that the needle hangs tip down; all else is in that turned picture.
     trace, shaft, scenery, tip
         What was found in each step.
+    tilt_covariance
+        (2, 2) px^2 of the tip, because of the sight's tilt, which the fit takes as known.
     """
 
     frame: Frame
@@ -74,6 +76,7 @@ class Analysis:
     shaft: Shaft
     scenery: Scenery
     tip: TipFit
+    tilt_covariance: Array
 
     @property
     def misfit(self) -> float:
@@ -97,8 +100,8 @@ class Analysis:
     def covariance_px(self) -> Array:
         """Covariance (2, 2) of `tip_px`, px^2."""
         turn = self.frame.vectors_back(np.eye(2)).T
-        found: Array = turn @ self.tip.tip_covariance @ turn.T
-        return found * max(1.0, self.tip.misfit)
+        own = self.tip.unexplained * self.tip.tip_covariance + self.tilt_covariance
+        return np.asarray(turn @ own @ turn.T)
 
 
 def analyse(image: Image, parameters: SubpixelParameters = DEFAULTS) -> Analysis:
@@ -203,14 +206,20 @@ def _measured(
     tilts = view_tilt, view_tilt if parameters.focal_px else 0.0
     search = TipSearch(turned, shaft, v_end, wedge, traced.level, traced.contrast, tilts)
     seen, tip = search.found(parameters.tip)
-    _require_tip(seen, tip, traced, search.end(seen, tip), half, turned.shape)
-    if tip.family.name.startswith("bevel"):
-        spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
-        if not parameters.focal_px:  # a guess, half of it off
-            spread = float(np.hypot(spread, GUESSED * view_tilt))
-        moved = by_tilt(seen, tip) * spread
-        tip = replace(tip, tip_covariance=tip.tip_covariance + np.outer(moved, moved))
-    return Analysis(frame, traced, shaft, seen, tip)
+    spread = tilt_deviation(shaft, v_end, focal, frame.points(centre))
+    if not parameters.focal_px:  # a guess, half of it off
+        spread = float(np.hypot(spread, GUESSED * view_tilt))
+    found = Analysis(frame, traced, shaft, seen, tip, _of_tilt(seen, tip, spread))
+    _require_tip(found, search.end(seen, tip), half, turned.shape)
+    return found
+
+
+def _of_tilt(seen: Scenery, tip: TipFit, spread: float) -> Array:
+    """Give what a tilt that is told to `spread` adds to the covariance (2, 2) of a bevel's tip."""
+    if not tip.family.name.startswith("bevel"):
+        return np.zeros((2, 2))
+    moved = by_tilt(seen, tip) * spread
+    return np.outer(moved, moved)
 
 
 def _unlike(shaft: Shaft, traced: Trace) -> bool:
@@ -219,14 +228,7 @@ def _unlike(shaft: Shaft, traced: Trace) -> bool:
     return shaft.misfit > WORST_SHAFT_MISFIT and left_dn > WORST_SHARE * traced.contrast
 
 
-def _require_tip(
-    seen: Scenery,
-    tip: TipFit,
-    traced: Trace,
-    v_end: float,
-    half: float,
-    shape: tuple[int, ...],
-) -> None:
+def _require_tip(found: Analysis, v_end: float, half: float, shape: tuple[int, ...]) -> None:
     """Refuse a tip outside the picture, far from where the needle was seen to end, or unlike any.
 
     Raises
@@ -234,6 +236,7 @@ def _require_tip(
     NoNeedleError
         It is one of those.
     """
+    seen, tip, traced = found.scenery, found.tip, found.trace
     u, v = tip.tip
     if traced.at_bottom or not (-0.5 <= u < shape[1] - 0.5 and -0.5 <= v < shape[0] - 0.5):
         raise NoNeedleError(TipStatus.TOUCHES_BORDER, "the needle's end leaves the picture")
@@ -255,7 +258,7 @@ def _require_tip(
             "the needle's end looks like no tip that is known: a fit is "
             f"{max(left_dn, within_dn):.0f} DN off",
         )
-    deviation = float(np.sqrt(np.linalg.eigvalsh(tip.tip_covariance)[-1] * max(1.0, tip.misfit)))
+    deviation = float(np.sqrt(np.linalg.eigvalsh(found.covariance_px)[-1]))
     if not deviation <= half:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.0f} px only"

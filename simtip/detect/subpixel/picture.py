@@ -35,6 +35,11 @@ class Window:
     width: int
     height: int
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.height, self.width
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:

@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.comparison import (
+    LEAST_COVER,
     TILT_STEP,
     Comparison,
     compare,
@@ -22,6 +23,7 @@ from simtip.detect.subpixel.comparison import (
     derivative_by_tilt,
     shape_equations,
 )
+from simtip.detect.subpixel.likeness import likeness
 from simtip.detect.subpixel.outline import Family
 from simtip.detect.subpixel.scenery import POSE, Scenery
 from simtip.detect.subpixel.tip_start import Start
@@ -75,11 +77,13 @@ class TipFit:
     tip
         (2,) u, v of the apex.
     tip_covariance
-        (2, 2) px^2 of it.
+        (2, 2) px^2 of it, if nothing but noise is left `unexplained`.
     found
         The outline held against the pixels.
     change
         (n, values) derivative of the picture near the needle, see `comparison.derivative`.
+    likeness
+        See `simtip.detect.subpixel.likeness`.
     """
 
     family: Family
@@ -89,6 +93,7 @@ class TipFit:
     tip_covariance: Array
     found: Comparison
     change: Array
+    likeness: float
 
     @property
     def cost(self) -> float:
@@ -99,6 +104,11 @@ class TipFit:
     def misfit(self) -> float:
         """Mean squared residual over the noise."""
         return self.found.misfit
+
+    @property
+    def unexplained(self) -> float:
+        """By how much what is left over scatters more, in sums, than the noise."""
+        return max(1.0, self.misfit) * max(1.0, self.likeness)
 
     @property
     def residual(self) -> Array:
@@ -114,7 +124,7 @@ class TipFit:
 
     def _worse_by(self, other: TipFit) -> float:
         """Give how much worse it describes the pixels, in -2 log likelihood."""
-        unexplained = max(1.0, min(self.misfit, other.misfit))
+        unexplained = min(self.unexplained, other.unexplained)
         penalty = _penalty(len(self.values) - len(other.values), len(self.residual))
         return (self.cost - other.cost) / unexplained + penalty
 
@@ -237,7 +247,15 @@ def _ended(
         turn @ covariance @ turn.T + _of_slope(scenery),
         found,
         change,
+        _likeness(scenery, found),
     )
+
+
+def _likeness(scenery: Scenery, found: Comparison) -> float:
+    """Give that of all pixels, if the ground's is as large: else a wrong idea is left over."""
+    over_noise = found.residual * scenery.precision
+    beside = over_noise * (found.cover.whole < LEAST_COVER)
+    return min(likeness(one.reshape(scenery.window.shape)) for one in (beside, over_noise))
 
 
 def by_tilt(scenery: Scenery, fit: TipFit) -> Array:

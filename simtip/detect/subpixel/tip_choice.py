@@ -162,12 +162,12 @@ def _unhurried(
 
 
 def or_cone(scenery: Scenery, tip: TipFit) -> TipFit:
-    """Give a cone in a wedge's place, if it describes the same pixels as well with less."""
-    if tip.family.name != "wedge":
-        return tip
-    (start,) = like(FAMILIES["cone"], "wedge", tip.values)
-    cone = _ended(scenery, FAMILIES["cone"], start)
-    return cone if cone is not None and cone.better_than(tip) else tip
+    """Give a cone for a wedge or a rounded cone, if it describes the same pixels as well."""
+    for start in like(FAMILIES["cone"], tip.family.name, tip.values):
+        cone = _ended(scenery, FAMILIES["cone"], start) if tip.family.name != "cone" else None
+        if cone is not None and cone.better_than(tip):
+            return cone
+    return tip
 
 
 def begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:

@@ -75,6 +75,8 @@ def like(family: Family, name: str, values: Array) -> list[Array]:
         return [np.array([*pose, 0.0, shape[0], shape[0]])]
     if name == "wedge" and family.name == "cone":
         return [np.array([*pose, (shape[1] + shape[2]) / 2])]
+    if name == "round" and family.name == "cone":
+        return [np.array([*pose, shape[0]])]
     if name == "cone" and family.name == "round":
         return [np.array([*pose, shape[0], ROUNDED])]
     return []
