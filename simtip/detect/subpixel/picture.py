@@ -95,8 +95,10 @@ class Placed:
 
     def sides_of(self, v: Array) -> Array:
         """Give `intervals` of pixels in whole rows v (n,), many of them in one row: (5, n)."""
-        first = v.min(initial=0.0)
-        sides = np.array(self.intervals(np.arange(first, v.max(initial=first) + 1)))
+        if not len(v):
+            return np.zeros((5, 0))
+        first = v.min()
+        sides = np.array(self.intervals(np.arange(first, v.max() + 1)))
         return np.asarray(sides[:, (v - first).astype(np.intp)])
 
     def before_shaft(self, u: Array, v: Array) -> NDArray[np.float32]:

@@ -56,6 +56,9 @@ FAILED_DAMPING = 0.05
 
 MOST_STEPS, MOST_HASTY_STEPS = 25, 12
 
+CHANCE = 1.5
+"""Likeness of the ground's pixels that may be chance."""
+
 WIDTHS = 0.7, 1.4
 """Of the shaft's width, what a tip's may be: in a picture of no needle it would go anywhere."""
 
@@ -253,9 +256,9 @@ def _ended(
 
 def _likeness(scenery: Scenery, found: Comparison) -> float:
     """Give that of all pixels, if the ground's is as large: else a wrong idea is left over."""
-    over_noise = found.residual * scenery.precision
-    beside = over_noise * (found.cover.whole < LEAST_COVER)
-    return min(likeness(one.reshape(scenery.window.shape)) for one in (beside, over_noise))
+    over_noise = (found.residual * scenery.precision).reshape(scenery.window.shape)
+    beside = likeness(over_noise * (found.cover.whole < LEAST_COVER).reshape(over_noise.shape))
+    return min(beside, likeness(over_noise)) if beside > CHANCE else 1.0
 
 
 def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
