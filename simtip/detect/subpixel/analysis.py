@@ -53,6 +53,9 @@ is none, whatever lies behind the needle."""
 BIN_PIXELS = 6
 """About so many pixels are averaged for one value that the shaft is fitted to."""
 
+WORST_DEVIATION = 0.75
+"""Of a tip's place that is told, in half widths."""
+
 HIDDEN_SHARE, HIDDEN_PX = 0.5, 6.0
 """How far from the last row that shows the needle its apex may be: in half widths, and px more."""
 
@@ -186,7 +189,7 @@ def _measured(
             f"only {len(rows)} rows of straight shaft were seen; {LEAST_ROWS} are needed",
         )
     shaft = even_shaft(turned, rows[-MOST_ROWS:], begun)
-    if _unlike(shaft, traced):
+    if shaft.width_held and _unlike(shaft, traced):
         # A bright streak beside an edge looks like one.
         shaft = even_shaft(turned, rows[-MOST_ROWS:], begun, any_width=True)
     traced = traced_anew(frame.view(gray), shaft, begun) or traced
@@ -246,7 +249,7 @@ def _require_tip(found: Analysis, v_end: float, half: float, shape: tuple[int, .
             TipStatus.NOT_FOUND,
             f"the tip that fits best lies {off:.0f} px from where the needle was seen to end",
         )
-    left_dn = float(np.sqrt(np.mean(tip.residual**2)))
+    left_dn = seen.left_dn(tip.residual)
     bad = tip.misfit > WORST_TIP_MISFIT and left_dn > WORST_SHARE * traced.contrast
     within = (tip.found.cover.whole > MOSTLY) & ~seen.left_out
     most = traced.contrast**2
@@ -259,7 +262,7 @@ def _require_tip(found: Analysis, v_end: float, half: float, shape: tuple[int, .
             f"{max(left_dn, within_dn):.0f} DN off",
         )
     deviation = float(np.sqrt(np.linalg.eigvalsh(found.covariance_px)[-1]))
-    if not deviation <= half:
+    if not deviation <= WORST_DEVIATION * seen.half_px:
         raise NoNeedleError(
             TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.0f} px only"
         )

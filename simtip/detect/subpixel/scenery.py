@@ -115,6 +115,10 @@ class Scenery:
         """How many pixels count."""
         return int(len(self.value) - self.left_out.sum())
 
+    def left_dn(self, residual: Array) -> float:
+        """Give the root mean square of residuals (H W,) of the pixels that count, DN."""
+        return float(np.sqrt(np.sum(residual[~self.left_out] ** 2) / max(self.counted, 1)))
+
     @cached_property
     def weighted(self) -> tuple[Array, Array]:
         """`ground` (H W, n) and `value` (H W,), weighted."""

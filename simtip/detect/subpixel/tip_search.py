@@ -104,7 +104,7 @@ class TipSearch:
         """
         kinds = order(self.begin, kind)
         seen, tip = self._usual(kinds)
-        if kind in ("auto", "bevel") and self._doubtful(tip):
+        if kind in ("auto", "bevel") and self._doubtful(seen, tip):
             seen, tip = self._pale_facet(seen, tip)
         if _has_seam(seen, tip):
             names = tuple(name for name in SEAMED[tip.family.name] if name in kinds)
@@ -132,9 +132,9 @@ class TipSearch:
         end = self.v_end + beyond
         return scenery_of(self.image, self.shaft, end, depth, self.level, self.tilts)
 
-    def _doubtful(self, tip: TipFit) -> bool:
+    def _doubtful(self, seen: Scenery, tip: TipFit) -> bool:
         """Say whether a tip may be another: it fits badly, by the noise and by the contrast."""
-        left_dn = float(np.sqrt(np.mean(tip.residual**2)))
+        left_dn = seen.left_dn(tip.residual)
         most = min(POOR_MISFIT, max(DOUBTFUL, DOUBT * self.shaft.misfit))
         return tip.misfit > most and left_dn > DOUBT_SHARE * self.contrast
 
