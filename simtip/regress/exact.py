@@ -8,6 +8,7 @@ the same value every time, as well.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -28,7 +29,7 @@ MOST_STATES = 400_000
 
 FEW_STRATA, NEARLY_RIGHT = 4, 1e-7
 """Of more strata the sums are worked out by Fourier transforms, so that p is right to 1e-10; if it
-is less than that, once more without them."""
+comes out below 1e-7, once more without them."""
 
 
 @dataclass(frozen=True)
@@ -184,14 +185,17 @@ def _sorted(ranks: NDArray[np.int64]) -> tuple[int, ...]:
 
 @lru_cache(maxsize=32)
 def _nearly_sums_of_all(strata: tuple[tuple[tuple[int, ...], int], ...]) -> Array:
-    """Give what `_sums_of_all` does, each chance to some 1e-16, in a hundredth of the time."""
-    chances = [_subset_sums(ranks, m) for ranks, m in strata]
-    size = sum(len(one) - 1 for one in chances) + 1
+    """Give what `_sums_of_all` does, each chance to some 1e-16, by Fourier transforms."""
+    # Strata without ties are often the same.
+    chances = [(_subset_sums(*one), times) for one, times in Counter(strata).items()]
+    size = sum(times * (len(one) - 1) for one, times in chances) + 1
+    fast = scipy.fft.next_fast_len(size, real=True)
     spectrum: NDArray[np.complex128] = np.ones(1, np.complex128)
-    for one in chances:
-        spectrum = spectrum * scipy.fft.rfft(one, scipy.fft.next_fast_len(size, real=True))
-    pmf = scipy.fft.irfft(spectrum, scipy.fft.next_fast_len(size, real=True))[:size]
-    return np.asarray(np.maximum(pmf, 0), np.float64)
+    for one, times in chances:
+        spectrum = spectrum * scipy.fft.rfft(one, fast) ** times
+    pmf: Array = np.maximum(scipy.fft.irfft(spectrum, fast)[:size], 0)
+    pmf.setflags(write=False)
+    return pmf
 
 
 # Values without ties have the same ranks in every test, and a suite of many conditions asks often.

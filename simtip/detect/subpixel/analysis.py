@@ -71,7 +71,8 @@ class Analysis:
     trace, shaft, scenery, tip
         What was found in each step.
     tilt_covariance
-        (2, 2) px^2 of the tip, because of the sight's tilt, which the fit takes as known.
+        (2, 2) px^2 of the tip, because of the sight's tilt, which the fit takes as known, if
+        nothing but noise is left over.
     """
 
     frame: Frame
@@ -103,7 +104,8 @@ class Analysis:
     def covariance_px(self) -> Array:
         """Covariance (2, 2) of `tip_px`, px^2."""
         turn = self.frame.vectors_back(np.eye(2)).T
-        own = self.tip.unexplained * self.tip.tip_covariance + self.tilt_covariance
+        own = self.tip.unexplained * self.tip.tip_covariance
+        own += max(1.0, self.tip.misfit) * self.tilt_covariance
         return np.asarray(turn @ own @ turn.T)
 
 

@@ -145,7 +145,7 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
 def _near(covered: Cover, scenery: Scenery) -> NDArray[np.intp]:
     """Find the pixels that an outline touches, or would if it moved a little."""
     touched = (covered.whole > LEAST_COVER).astype(np.uint8)
-    shape = scenery.window.height, scenery.window.width
+    shape = scenery.window.shape
     return np.flatnonzero(cv2.dilate(touched.reshape(shape), np.ones((3, 3), np.uint8)))
 
 

@@ -56,7 +56,7 @@ def detect(
 
 def _layers(found: Analysis) -> Layers:
     window = found.scenery.window
-    shape = window.height, window.width
+    shape = window.shape
     seen = found.scenery.value.reshape(shape)
     residual = found.tip.residual.reshape(shape)
     pictures = {

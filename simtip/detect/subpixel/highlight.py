@@ -45,7 +45,7 @@ def without_highlight(scenery: Scenery, fit: TipFit, contrast: float) -> Scenery
     cover = fit.found.cover
     within = cover.whole > WITHIN
     bright = (fit.residual > BRIGHT_SHARE * contrast) & within
-    shape = scenery.window.height, scenery.window.width
+    shape = scenery.window.shape
     wide = cv2.dilate(bright.reshape(shape).astype(np.uint8), np.ones((1, 3), np.uint8))
     left_out = scenery.left_out | ((wide.reshape(-1) > 0) & within)
     if (left_out == scenery.left_out).all() or left_out.sum() > MOST_SHARE * within.sum():

@@ -160,9 +160,8 @@ class Rows:
 
     Attributes
     ----------
-    v, row, weight
-        (n,) of each row that is looked at, ascending, in which of the rows of cells it is, and its
-        part in that.
+    v, row
+        (n,) of each row that is looked at, ascending, and in which of the rows of cells it is.
     first
         (rows,) the first that is in each.
     finely, in_fine
@@ -171,7 +170,6 @@ class Rows:
 
     v: Array
     row: NDArray[np.intp]
-    weight: Array
     first: NDArray[np.intp]
     finely: NDArray[np.intp]
     in_fine: NDArray[np.bool_]
@@ -228,7 +226,7 @@ class Cells:
         first = np.cumsum(number) - number
         k, of = np.arange(len(row)) - first[row], number[row]
         v = self.rows[row] + ((k + 0.5) / of - 0.5) / ROWS
-        return Rows(v, row, 1 / of, first, np.flatnonzero(number > 1), of > 1)
+        return Rows(v, row, first, np.flatnonzero(number > 1), of > 1)
 
     @property
     def left(self) -> float:
@@ -278,8 +276,8 @@ def cover(placed: Placed, cells: Cells) -> Cover:
 def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells) -> Cover:
     """Give the derivatives of `cover` by parameters of an outline.
 
-    A cover changes only where an edge is: by how fast that moves. Steps of about a row of cells
-    are best: less would see no change of an end that lies between two rows.
+    A cover changes only where an edge is: by how fast that moves, and about an end by what it
+    passes in the step.
 
     Parameters
     ----------
@@ -325,15 +323,24 @@ def _edges_change(
 ) -> NDArray[np.float32]:
     """Give how fast cells' cover changes with the left and the right edge of each row."""
     columns = cells.shape[1]
+    coarse = ~rows.in_fine
     places, speeds = [], []
     for old, new, sign in zip(before, after, (-cells.fine, cells.fine), strict=True):
         k = np.floor(((old + new) / 2 - cells.left) * cells.fine).astype(np.intp)
-        (seen,) = np.nonzero((k >= 0) & (k < columns) & (old != new))
+        (seen,) = np.nonzero(coarse & (k >= 0) & (k < columns) & (old != new))
         places.append(rows.row[seen] * columns + k[seen])
-        speeds.append(sign * (new[seen] - old[seen]) / step * rows.weight[seen])
+        speeds.append(sign * (new[seen] - old[seen]) / step)
     total = cells.shape[0] * columns
     found = np.bincount(np.concatenate(places), np.concatenate(speeds), total)
-    return found.astype(np.float32).reshape(cells.shape)
+    change = found.astype(np.float32).reshape(cells.shape)
+    if len(rows.finely):
+        # At an end edges lie across the rows, and pass several columns in a step.
+        now, then = (
+            _covered(cells, *(side[rows.in_fine] for side in both)) for both in (after, before)
+        )
+        passed = (now - then).reshape(len(rows.finely), FINE, -1).mean(axis=1)
+        change[rows.finely] = passed / np.float32(step)
+    return change
 
 
 def _covered(cells: Cells, left: Array, right: Array) -> NDArray[np.float32]:

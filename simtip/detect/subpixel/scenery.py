@@ -143,7 +143,7 @@ class Scenery:
         """Put an outline into the image."""
         origin, across, hub = self._axes(values)
         v, half = values[0], values[2]
-        end = (v - self.window.v + 20.0) * 1.5
+        end = (v - self.window.v + half + 20.0) * 1.5
         outline = family.polygon(half, values[POSE:], end, self.tilt)
         corners = origin + outline[:, :1] * across + outline[:, 1:] * hub
         facet = None

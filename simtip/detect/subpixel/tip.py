@@ -255,10 +255,14 @@ def _ended(
 
 
 def _likeness(scenery: Scenery, found: Comparison) -> float:
-    """Give that of all pixels, if the ground's is as large: else a wrong idea is left over."""
+    """Give that of the ground's pixels or of the needle's, whichever is less.
+
+    Noise is alike in both; an uneven ground and a wrong idea of the needle in one of them.
+    """
     over_noise = (found.residual * scenery.precision).reshape(scenery.window.shape)
-    beside = likeness(over_noise * (found.cover.whole < LEAST_COVER).reshape(over_noise.shape))
-    return min(beside, likeness(over_noise)) if beside > CHANCE else 1.0
+    ground = (found.cover.whole < LEAST_COVER).reshape(over_noise.shape)
+    beside = likeness(over_noise * ground)
+    return min(beside, likeness(over_noise * ~ground)) if beside > CHANCE else 1.0
 
 
 def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
@@ -297,7 +301,7 @@ def _step(H: Array, g: Array, free: NDArray[np.bool_], damping: float) -> Array:
 
 def _hopeless(found: Comparison, values: Array, promised: float, rival: TipFit) -> bool:
     """Say whether a fit that steps promise to improve so much will hardly beat its rival."""
-    unexplained = max(1.0, min(found.misfit, rival.misfit))
+    unexplained = max(1.0, min(found.misfit, rival.misfit)) * max(1.0, rival.likeness)
     penalty = _penalty(len(values) - len(rival.values), len(found.residual))
     ahead = (found.cost - PATIENCE * promised - rival.cost) / unexplained + penalty
     return ahead > 0

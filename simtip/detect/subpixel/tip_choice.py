@@ -163,8 +163,10 @@ def _unhurried(
 
 def or_cone(scenery: Scenery, tip: TipFit) -> TipFit:
     """Give a cone for a wedge or a rounded cone, if it describes the same pixels as well."""
+    if tip.family.name == "cone":
+        return tip
     for start in like(FAMILIES["cone"], tip.family.name, tip.values):
-        cone = _ended(scenery, FAMILIES["cone"], start) if tip.family.name != "cone" else None
+        cone = _ended(scenery, FAMILIES["cone"], start)
         if cone is not None and cone.better_than(tip):
             return cone
     return tip

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simtip.detect.subpixel.behind import with_clutter
 from simtip.detect.subpixel.highlight import without_highlight
+from simtip.detect.subpixel.likeness import likeness
 from simtip.detect.subpixel.outline import FAMILIES, usual_depth
 from simtip.detect.subpixel.parameters import TipKind
 from simtip.detect.subpixel.scenery import BLUR, POSE, Scenery, scenery_of
@@ -53,6 +54,9 @@ PALE_COTS, PALE_AZIMUTHS = (1.5, 2.5, 3.5), (0.6, 1.1, np.pi / 2, np.pi - 1.1, n
 DOUBTFUL, DOUBT, DOUBT_SHARE = 3.0, 3.0, 0.025
 """A misfit beyond which there may be a pale facet, how many times the shaft's it has to be, and of
 the contrast the residual."""
+
+FAINT, FAINT_LIKENESS = 1.25, 2.5
+"""Of a bevel, times the shaft's misfit or 1, and how alike neighbouring residuals are."""
 
 PALE_TRIED, PALE_SHARE = 3, 0.5
 """So many are fitted, and what of the misfit the best may leave."""
@@ -133,10 +137,16 @@ class TipSearch:
         return scenery_of(self.image, self.shaft, end, depth, self.level, self.tilts)
 
     def _doubtful(self, seen: Scenery, tip: TipFit) -> bool:
-        """Say whether a tip may be another: it fits badly, by the noise and by the contrast."""
-        left_dn = seen.left_dn(tip.residual)
+        """Say whether a tip may be another: it fits badly, by the noise and by the contrast.
+
+        Of a bevel something that goes on over some pixels, be it as faint as it may, is enough.
+        """
+        if tip.family.name in TWINS and tip.misfit > FAINT * max(1.0, self.shaft.misfit):
+            left = (tip.residual * seen.precision).reshape(seen.window.shape)
+            if likeness(left) > FAINT_LIKENESS:
+                return True
         most = min(POOR_MISFIT, max(DOUBTFUL, DOUBT * self.shaft.misfit))
-        return tip.misfit > most and left_dn > DOUBT_SHARE * self.contrast
+        return tip.misfit > most and seen.left_dn(tip.residual) > DOUBT_SHARE * self.contrast
 
     def _usual(self, kinds: tuple[str, ...]) -> tuple[Scenery, TipFit]:
         depth = max(*self.begin[1:3]) * self._half * DEPTH_SHARE
@@ -157,7 +167,7 @@ class TipSearch:
         if tip.family.name in TWINS and (needed > depth or beyond > 0):
             # A bevel's cut goes on beyond where its edge meets the shaft's side, and a pale one's
             # end beyond the last row that shows the needle.
-            seen = self._scenery(needed, beyond)
+            seen = self._scenery(max(needed, depth), beyond)
             names = (tip.family.name,) if tip.misfit < POOR_MISFIT else TRIALS["bevel"]
             tip = best_tip(seen, self.v_end, self.begin, names, tip)
         return seen, tip
@@ -165,7 +175,8 @@ class TipSearch:
     def _unseen(self, seen: Scenery, tip: TipFit) -> float:
         """Give by how much further down pixels have to be compared to see a tip's end, px."""
         blur = 3 * float(np.sqrt(tip.values[BLUR]))
-        missing = float(tip.tip[1]) + CLEAR_PX + blur - (seen.window.v + seen.window.height)
+        end = seen.window.v + seen.window.height
+        missing = min(float(tip.tip[1]) + CLEAR_PX + blur, len(self.image)) - end
         return min(missing, self._half * PALE_BEYOND) if missing > 0 else 0.0
 
     def _begun(self, seen: Scenery, name: str) -> TipFit | None:
@@ -193,11 +204,19 @@ class TipSearch:
                 continue
             if found is not None and found.misfit < pale.misfit:
                 pale = found
-        fits = pale.misfit < max(DOUBTFUL, min(POOR_MISFIT, PALE_SHARE * tip.misfit))
+        most = DOUBTFUL if tip.misfit > DOUBTFUL else 0.0
+        fits = pale.misfit < max(most, min(POOR_MISFIT, PALE_SHARE * tip.misfit))
         if not fits:
-            return seen, tip
+            return self._not_stuck(seen, tip)
         pale = refitted(far, pale)
-        return far, pale if pale.misfit < DOUBTFUL else begun_elsewhere(far, pale)
+        enough = FAINT * max(1.0, self.shaft.misfit)
+        return far, pale if pale.misfit < enough else begun_elsewhere(far, pale)
+
+    def _not_stuck(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
+        """Begin a bevel anew that something is left of."""
+        if tip.family.name in TWINS and not np.any(seen.clutter):
+            tip = begun_elsewhere(seen, tip)
+        return seen, tip
 
     def _pale_starts(self, far: Scenery) -> list[Start]:
         """Give bevels of which the shaft ends, at a side, in the last row seen; the best first."""

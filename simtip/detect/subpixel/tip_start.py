@@ -76,7 +76,9 @@ def like(family: Family, name: str, values: Array) -> list[Array]:
     if name == "wedge" and family.name == "cone":
         return [np.array([*pose, (shape[1] + shape[2]) / 2])]
     if name == "round" and family.name == "cone":
-        return [np.array([*pose, shape[0]])]
+        length, radius = shape
+        rounded = radius * (np.hypot(1, length) - 1)  # how far the sharp apex lies in front
+        return [np.array([pose[0] + values[2] * rounded, *pose[1:], length])]
     if name == "cone" and family.name == "round":
         return [np.array([*pose, shape[0], ROUNDED])]
     return []

@@ -199,17 +199,20 @@ def test_of_a_bevel_that_looks_away(azimuth):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("cot", "azimuth"), [(2.5, 1.2), (2.7, 1.8)])
-def test_of_a_bevel_whose_facet_hardly_differs_from_the_background(cot, azimuth):
+@pytest.mark.parametrize(
+    ("cot", "azimuth", "level"),
+    [(2.5, 1.2, 1.1), (2.7, 1.8, 1.1), (2.0, 0.7, 1.05), (2.7, 0.8, 1.02), (2.7, 0.8, 0.95)],
+)
+def test_of_a_bevel_whose_facet_hardly_differs_from_the_background(cot, azimuth, level):
     """The rows that show the needle end where the facet begins, 30 px and more before the apex.
 
-    Of the facet's brightness a tenth is contrast: how far it goes is told to a pixel or two.
+    Of the facet's brightness a tenth or less is contrast: how far it goes is told to a pixel.
     """
-    drawn = bevel(cot, azimuth, facet_level=1.1, ground_dn=160)
+    drawn = bevel(cot, azimuth, facet_level=level, ground_dn=160)
     seen = SubpixelParameters(focal_px=2000.0, centre_px=drawn.tip_px)
     light = drawn.light()
-    errors = [off(detect(photograph(light, seed), seen), drawn) for seed in range(7)]
-    along, across = np.median(np.abs(errors), axis=0)
+    errors = [off(detect(photograph(light, seed), seen), drawn) for seed in range(4)]
+    along, across = np.max(np.abs(errors), axis=0)
     assert along < 1.5
     assert across < 0.1
 
