@@ -85,8 +85,10 @@ class TipFit:
         The outline held against the pixels.
     change
         (n, values) derivative of the picture near the needle, see `comparison.derivative`.
-    likeness
-        See `simtip.detect.subpixel.likeness`.
+    likeness, wariness
+        How alike what is left over is in neighbouring pixels, see
+        `simtip.detect.subpixel.likeness`: as the covariance has it; and, of all pixels, as a choice
+        between families has it, which had better be the simpler one.
     """
 
     family: Family
@@ -97,6 +99,7 @@ class TipFit:
     found: Comparison
     change: Array
     likeness: float
+    wariness: float
 
     @property
     def cost(self) -> float:
@@ -127,7 +130,8 @@ class TipFit:
 
     def _worse_by(self, other: TipFit) -> float:
         """Give how much worse it describes the pixels, in -2 log likelihood."""
-        unexplained = min(self.unexplained, other.unexplained)
+        unexplained = max(1.0, min(self.misfit, other.misfit))
+        unexplained *= max(1.0, min(self.wariness, other.wariness))
         penalty = _penalty(len(self.values) - len(other.values), len(self.residual))
         return (self.cost - other.cost) / unexplained + penalty
 
@@ -250,19 +254,21 @@ def _ended(
         turn @ covariance @ turn.T + _of_slope(scenery),
         found,
         change,
-        _likeness(scenery, found),
+        *_likenesses(scenery, found),
     )
 
 
-def _likeness(scenery: Scenery, found: Comparison) -> float:
-    """Give that of the ground's pixels or of the needle's, whichever is less.
+def _likenesses(scenery: Scenery, found: Comparison) -> tuple[float, float]:
+    """Give the lesser likeness of the ground's pixels and the needle's, and of them and of all.
 
     Noise is alike in both; an uneven ground and a wrong idea of the needle in one of them.
     """
     over_noise = (found.residual * scenery.precision).reshape(scenery.window.shape)
     ground = (found.cover.whole < LEAST_COVER).reshape(over_noise.shape)
     beside = likeness(over_noise * ground)
-    return min(beside, likeness(over_noise * ~ground)) if beside > CHANCE else 1.0
+    if beside < CHANCE:
+        return 1.0, 1.0
+    return min(beside, likeness(over_noise * ~ground)), min(beside, likeness(over_noise))
 
 
 def by_tilt(scenery: Scenery, fit: TipFit) -> Array:
@@ -301,7 +307,7 @@ def _step(H: Array, g: Array, free: NDArray[np.bool_], damping: float) -> Array:
 
 def _hopeless(found: Comparison, values: Array, promised: float, rival: TipFit) -> bool:
     """Say whether a fit that steps promise to improve so much will hardly beat its rival."""
-    unexplained = max(1.0, min(found.misfit, rival.misfit)) * max(1.0, rival.likeness)
+    unexplained = max(1.0, min(found.misfit, rival.misfit)) * max(1.0, rival.wariness)
     penalty = _penalty(len(values) - len(rival.values), len(found.residual))
     ahead = (found.cost - PATIENCE * promised - rival.cost) / unexplained + penalty
     return ahead > 0
