@@ -20,7 +20,7 @@ SHAFT_COLUMNS = 2 + SHAFT_EVEN + SHAFT_ODD
 TIP_COLUMNS = 3 + TIP_EVEN + TIP_ODD
 """What the brightness of each is made of."""
 
-PROFILE_STEP_PX = 1 / 16
+PROFILE_STEP_PX = 1 / 10
 """Of the table of the shaft's brightness across."""
 
 

@@ -140,9 +140,7 @@ def _interval(corners: Array, v: Array) -> tuple[Array, Array]:
     one, other = corners[: k + 1], np.concatenate([corners[k:], corners[:1]])[::-1]
     if corners[-1, 1] < corners[k, 1] and len(other) > 2 and other[0, 1] > other[1, 1]:
         other = other[1:]
-    end = corners[k, 0]
-    a = np.where(v > corners[k, 1], end, np.interp(v, one[:, 1], one[:, 0]))
-    b = np.where(v > corners[k, 1], end, np.interp(v, other[:, 1], other[:, 0]))
+    a, b = (np.interp(v, side[:, 1], side[:, 0]) for side in (one, other))
     return np.minimum(a, b), np.maximum(a, b)
 
 
@@ -160,8 +158,9 @@ class Rows:
 
     Attributes
     ----------
-    v, row
-        (n,) of each row that is looked at, ascending, and in which of the rows of cells it is.
+    v, row, weight
+        (n,) of each row that is looked at, ascending, in which of the rows of cells it is, and its
+        part in that.
     first
         (rows,) the first that is in each.
     finely, in_fine
@@ -170,6 +169,7 @@ class Rows:
 
     v: Array
     row: NDArray[np.intp]
+    weight: Array
     first: NDArray[np.intp]
     finely: NDArray[np.intp]
     in_fine: NDArray[np.bool_]
@@ -226,7 +226,7 @@ class Cells:
         first = np.cumsum(number) - number
         k, of = np.arange(len(row)) - first[row], number[row]
         v = self.rows[row] + ((k + 0.5) / of - 0.5) / ROWS
-        return Rows(v, row, first, np.flatnonzero(number > 1), of > 1)
+        return Rows(v, row, 1 / of, first, np.flatnonzero(number > 1), of > 1)
 
     @property
     def left(self) -> float:
@@ -323,23 +323,23 @@ def _edges_change(
 ) -> NDArray[np.float32]:
     """Give how fast cells' cover changes with the left and the right edge of each row."""
     columns = cells.shape[1]
-    coarse = ~rows.in_fine
+    moved = [new - old for old, new in zip(before, after, strict=True)]
+    # Where an outline ends, edges lie across the rows, and pass several columns in a step.
+    across = rows.in_fine & ((np.abs(moved[0]) + np.abs(moved[1])) * cells.fine > 1)
     places, speeds = [], []
-    for old, new, sign in zip(before, after, (-cells.fine, cells.fine), strict=True):
-        k = np.floor(((old + new) / 2 - cells.left) * cells.fine).astype(np.intp)
-        (seen,) = np.nonzero(coarse & (k >= 0) & (k < columns) & (old != new))
+    for old, by, sign in zip(before, moved, (-cells.fine, cells.fine), strict=True):
+        k = np.floor((old + by / 2 - cells.left) * cells.fine).astype(np.intp)
+        (seen,) = np.nonzero(~across & (k >= 0) & (k < columns) & (by != 0))
         places.append(rows.row[seen] * columns + k[seen])
-        speeds.append(sign * (new[seen] - old[seen]) / step)
+        speeds.append(sign * by[seen] * rows.weight[seen] / step)
     total = cells.shape[0] * columns
     found = np.bincount(np.concatenate(places), np.concatenate(speeds), total)
     change = found.astype(np.float32).reshape(cells.shape)
-    if len(rows.finely):
-        # At an end edges lie across the rows, and pass several columns in a step.
+    if across.any():
         now, then = (
-            _covered(cells, *(side[rows.in_fine] for side in both)) for both in (after, before)
+            _covered(cells, left[across], right[across]) for left, right in (after, before)
         )
-        passed = (now - then).reshape(len(rows.finely), FINE, -1).mean(axis=1)
-        change[rows.finely] = passed / np.float32(step)
+        np.add.at(change, rows.row[across], (now - then) * np.float32(1 / FINE / step))
     return change
 
 
