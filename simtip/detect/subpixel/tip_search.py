@@ -207,16 +207,10 @@ class TipSearch:
         most = DOUBTFUL if tip.misfit > DOUBTFUL else 0.0
         fits = pale.misfit < max(most, min(POOR_MISFIT, PALE_SHARE * tip.misfit))
         if not fits:
-            return self._not_stuck(seen, tip)
+            return seen, begun_elsewhere(seen, tip) if tip.family.name in TWINS else tip
         pale = refitted(far, pale)
         enough = FAINT * max(1.0, self.shaft.misfit)
         return far, pale if pale.misfit < enough else begun_elsewhere(far, pale)
-
-    def _not_stuck(self, seen: Scenery, tip: TipFit) -> tuple[Scenery, TipFit]:
-        """Begin a bevel anew that something is left of."""
-        if tip.family.name in TWINS and not np.any(seen.clutter):
-            tip = begun_elsewhere(seen, tip)
-        return seen, tip
 
     def _pale_starts(self, far: Scenery) -> list[Start]:
         """Give bevels of which the shaft ends, at a side, in the last row seen; the best first."""
