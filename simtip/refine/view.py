@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from simtip.detect.protocol import Image
 from simtip.detect.subpixel.analysis import Analysis
@@ -73,7 +74,7 @@ class View:
     used
         (H W,) 1 where a pixel counts, 0 where it is too far from the needle.
     noise
-        (2,) variance of a gray value: constant, and per DN.
+        (3,) variance of a gray value, DN^2, as a polynomial of it, constant first.
     level
         The background's gray value.
     end
@@ -151,7 +152,7 @@ class View:
         share = fit.misfit
         if self.noise[0] > LEAST_NOISE_DN2 or not self.eight_bit:
             return replace(self, noise=self.noise * min(1.0, share))
-        told = float(self.noise @ [1.0, self.level])
+        told = float(polyval(self.level, self.noise))
         share = min(share, max(1.0, (RIPPLE_SHARE * self.level) ** 2 / told))
         return replace(self, noise=self.noise * share, ripples=max(1.0, share))
 
@@ -165,7 +166,7 @@ class View:
         drawing = self.draw(solid, T_wn, blur_px)
         layout = layout_of(drawing, curved=solid.curved)
         made = columns(drawing, self.window, layout)
-        weight = self.used / (self.noise[0] + self.noise[1] * np.clip(self.value, 0, None))
+        weight = self.used / polyval(np.maximum(self.value, 0), self.noise)
         precision, mean = prior(layout, self.level)
         weighted = made * weight[:, None]
         normal = weighted.T @ made + np.diag(precision)

@@ -25,7 +25,7 @@ from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
-from simtip.detect.subpixel.scenery import Scenery
+from simtip.detect.subpixel.scenery import LEAN, Scenery
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
 from simtip.detect.subpixel.sight import tilt, tilt_deviation
@@ -97,7 +97,7 @@ class Analysis:
     @property
     def axis_px(self) -> Array:
         """Direction (2,) from the tip to the hub in the picture as it is."""
-        slope = float(self.shaft.slope(np.array(self.tip.values[0])))
+        slope = float(self.shaft.slope(np.array(self.tip.values[0]))) + self.tip.values[LEAN]
         return self.frame.vectors_back(np.array([-slope, -1.0]))
 
     @property
@@ -229,7 +229,7 @@ def _of_tilt(seen: Scenery, tip: TipFit, spread: float) -> Array:
 
 def _unlike(shaft: Shaft, traced: Trace) -> bool:
     """Say whether a shaft is no straight, even one, by the noise and by the needle's contrast."""
-    left_dn = float(np.sqrt(shaft.misfit * (shaft.noise @ [1.0, traced.level]) / BIN_PIXELS))
+    left_dn = float(np.sqrt(shaft.misfit * float(shaft.noise_dn2(traced.level)) / BIN_PIXELS))
     return shaft.misfit > WORST_SHAFT_MISFIT and left_dn > WORST_SHARE * traced.contrast
 
 

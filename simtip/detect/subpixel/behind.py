@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simtip.detect.subpixel.comparison import LEAST_COVER
+from simtip.detect.subpixel.picture import LEAST_COVER
 from simtip.detect.subpixel.scenery import Scenery
 from simtip.detect.subpixel.tip import TipFit
 

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 from simtip.geometry import Array
 
+LEAST_SHARE = 0.05
+"""Of a disc, at which a derivative is taken in place of none."""
+
 FINE = 8
 """Points across a cell, to draw the disc."""
 
@@ -48,6 +51,18 @@ def transfer(f: Array, variance_px2: float | Array, disc_share: float) -> tuple[
         by_variance = by_variance * disc - spread * scipy.special.jv(2, q) / variance_px2
         spread = spread * disc
     return spread, by_variance
+
+
+def transfer_by_share(f: Array, variance_px2: float | Array, disc_share: float) -> Array:
+    """Give the derivative of `transfer` by the square of the disc's share.
+
+    By the share itself it is nothing where there is no disc: of a little one only the variance is
+    seen.
+    """
+    power, share = 2 * np.pi**2 * f**2, max(disc_share, LEAST_SHARE)
+    q = np.maximum(4 * np.pi * np.sqrt(share * variance_px2) * f, 1e-6)
+    by_disc = power * variance_px2 * 2 * scipy.special.j1(q) / q - scipy.special.jv(2, q) / share
+    return np.asarray(by_disc * np.exp(-power * (1 - share) * variance_px2) / (2 * share))
 
 
 def blurred(

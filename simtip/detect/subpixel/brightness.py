@@ -1,6 +1,7 @@
 """How bright a needle's tip and what is behind it are in each pixel: smooth, so of a few modes.
 
-The mean over what a pixel sees of the shaft, or of the tip's own part, along its row.
+The mean over what a pixel sees of the shaft, or of the tip's own part: along its row, and in a
+blurred picture what the lens makes of it.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from simtip.detect.subpixel.edge_table import brightness_integral
-from simtip.detect.subpixel.picture import Placed, Window
+from simtip.detect.subpixel.picture import LEAST_COVER, Cells, Placed, Window, cell_covers
 from simtip.geometry import Array
 
 SHAFT_EVEN, SHAFT_ODD = 7, 6
@@ -19,6 +20,9 @@ GROUND_COLUMNS = 3
 SHAFT_COLUMNS = 2 + SHAFT_EVEN + SHAFT_ODD
 TIP_COLUMNS = 3 + TIP_EVEN + TIP_ODD
 """What the brightness of each is made of."""
+
+BLURRED_ROWS = 1
+"""Rows of cells to a pixel in which a blurred picture's brightness is worked out: it is smooth."""
 
 PROFILE_STEP_PX = 1 / 10
 """Of the table of the shaft's brightness across."""
@@ -51,8 +55,49 @@ def ground_columns(window: Window) -> Array:
     return np.column_stack([np.ones(len(u)), u / window.width - 0.5, v / window.height - 0.5])
 
 
-def shaft_columns(placed: Placed, u: Array, v: Array, sides: Array, variance_px2: float) -> Array:
-    """Give what the shaft's brightness is made of at pixels (n,): (n, `SHAFT_COLUMNS`).
+def blurred_columns(placed: Placed, cells: Cells) -> Array:
+    """Give what the brightness of shaft and tip is made of in blurred pixels.
+
+    Each is that of what is seen of it: blurred in all, over its blurred cover.
+
+    Parameters
+    ----------
+    placed
+        The outline.
+    cells
+        Of the window, `BLURRED_ROWS` to a pixel.
+
+    Returns
+    -------
+    columns
+        (H W, `SHAFT_COLUMNS` + `TIP_COLUMNS`), 0 where none is seen.
+    """
+    whole, tip = cell_covers(placed, cells)
+    u, v = (each.reshape(-1) for each in np.meshgrid(cells.columns, cells.rows))
+    sides = np.repeat(placed.intervals(cells.rows), len(cells.columns), axis=1)
+    found = []
+    for cover, columns_of, count in (
+        (whole if tip is None else whole - tip, shaft_columns, SHAFT_COLUMNS),
+        (tip, tip_columns, TIP_COLUMNS),
+    ):
+        if cover is None:
+            found.append(np.zeros((len(cells.none), count)))
+            continue
+        share = cover.reshape(-1)
+        (there,) = np.nonzero(share > LEAST_COVER)
+        parts = np.zeros((len(share), count + 1), np.float32)
+        parts[:, count] = share
+        bare = columns_of(placed, u[there], v[there], sides[:, there], 0.5 / cells.fine)
+        parts[there, :count] = bare * share[there, None]
+        seen = cells.pixels(parts.reshape(*cover.shape, count + 1))
+        found.append(seen[:, :count] / np.maximum(seen[:, count:], LEAST_COVER))
+    return np.concatenate(found, axis=1)
+
+
+def shaft_columns(placed: Placed, u: Array, v: Array, sides: Array, reach: float) -> Array:
+    """Give what the shaft's brightness is made of at points (n,): (n, `SHAFT_COLUMNS`).
+
+    It is the mean over `reach` px to either side in a point's row.
 
     Of a pixel at a cut's edge, what is cut away does not count: there the shaft may be brighter.
     `sides` are `Placed.sides_of` the pixels.
@@ -60,7 +105,7 @@ def shaft_columns(placed: Placed, u: Array, v: Array, sides: Array, variance_px2
     half = placed.half_px
     least = PROFILE_STEP_PX / half
     low, high = (placed.x_at(side, v) / half for side in _beside_facet(placed, u, sides))
-    s, reach = placed.x_at(u, v) / half, (0.5 + float(np.sqrt(variance_px2))) / half
+    s, reach = placed.x_at(u, v) / half, reach / half
     # Beyond an edge: what is right at it.
     begin = np.maximum(np.minimum(np.maximum(s - reach, low), high - least), -1)
     end = np.minimum(np.maximum(np.minimum(s + reach, high), begin + least), 1)
@@ -102,9 +147,8 @@ class _Profile:
         return found
 
 
-def tip_columns(placed: Placed, u: Array, v: Array, sides: Array, variance_px2: float) -> Array:
-    """Give what the tip's own brightness is made of at pixels (n,): (n, `TIP_COLUMNS`)."""
-    reach = 0.5 + float(np.sqrt(variance_px2))
+def tip_columns(placed: Placed, u: Array, v: Array, sides: Array, reach: float) -> Array:
+    """Give what the tip's own brightness is made of at points (n,), as `shaft_columns` does."""
     low, high = sides[2:4]
     s = (u - (low + high) / 2) / np.maximum((high - low) / 2, 0.5)
     change = _change(placed, u, v)

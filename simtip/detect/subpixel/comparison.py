@@ -17,12 +17,13 @@ from simtip.detect.subpixel.brightness import (
     GROUND_COLUMNS,
     SHAFT_COLUMNS,
     TIP_COLUMNS,
+    blurred_columns,
     shaft_columns,
     tip_columns,
 )
 from simtip.detect.subpixel.outline import Family
-from simtip.detect.subpixel.picture import Cover, Placed, cover_change
-from simtip.detect.subpixel.scenery import BLUR, POSE, Scenery
+from simtip.detect.subpixel.picture import LEAST_COVER, Cover, Placed, cover_change
+from simtip.detect.subpixel.scenery import BLUR, LEAN, POSE, SHIFT, Scenery
 from simtip.detect.subpixel.shaft_equations import RIM_DEVIATION, RIM_LEVEL
 from simtip.geometry import Array
 
@@ -34,8 +35,6 @@ STEP_PX, SHAPE_STEP = 0.05, 0.01
 TILT_STEP = 0.005
 
 SHAPE_PRECISION = 1e-2
-
-LEAST_COVER = 1e-3
 
 WITHIN = 0.98
 """Least cover of a pixel that is the needle's alone."""
@@ -95,14 +94,10 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     ground, value = (each[near] for each in scenery.weighted)
     precision = scenery.precision[near]
     whole, tip = covered.whole[near], covered.tip[near]
-    bare = np.zeros((len(near), COLUMNS - GROUND_COLUMNS))
-    sides = placed.sides_of(v)
-    for share, parts, make in (
-        (whole - tip, slice(SHAFT_COLUMNS), shaft_columns),
-        (tip, slice(SHAFT_COLUMNS, None), tip_columns),
-    ):
-        (there,) = np.nonzero(share > LEAST_COVER)
-        bare[there, parts] = make(placed, u[there], v[there], sides[:, there], values[BLUR])
+    if scenery.sharp:
+        bare = _sharp_columns(placed, u, v, (whole - tip, tip), values[BLUR])
+    else:
+        bare = blurred_columns(placed, scenery.brightness_cells(values[BLUR]))[near]
     columns = np.empty((len(near), COLUMNS))
     np.multiply(ground, (1 - whole)[:, None], out=columns[:, :GROUND_COLUMNS])
     on_shaft, on_tip = ((whole - tip) * precision)[:, None], (tip * precision)[:, None]
@@ -142,6 +137,21 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     )
 
 
+def _sharp_columns(
+    placed: Placed, u: Array, v: Array, covers: tuple[Array, Array], variance_px2: float
+) -> Array:
+    """Give what the brightness of shaft and tip is made of at pixels (n,), 0 where none is seen."""
+    bare = np.zeros((len(u), COLUMNS - GROUND_COLUMNS))
+    sides, reach = placed.sides_of(v), 0.5 + float(np.sqrt(variance_px2))
+    for cover, parts, columns_of in (
+        (covers[0], slice(SHAFT_COLUMNS), shaft_columns),
+        (covers[1], slice(SHAFT_COLUMNS, None), tip_columns),
+    ):
+        (there,) = np.nonzero(cover > LEAST_COVER)
+        bare[there, parts] = columns_of(placed, u[there], v[there], sides[:, there], reach)
+    return bare
+
+
 def _near(covered: Cover, scenery: Scenery) -> NDArray[np.intp]:
     """Find the pixels that an outline touches, or would if it moved a little."""
     touched = (covered.whole > LEAST_COVER).astype(np.uint8)
@@ -163,10 +173,10 @@ def _prior(level: float) -> tuple[Array, Array]:
 
 
 def _off(scenery: Scenery, values: Array) -> float:
-    shift = values[1] / scenery.shift_deviation
+    axis = values[[SHIFT, LEAN]]
     half = (values[2] - scenery.half_px) / scenery.half_deviation
     blur = (values[BLUR] - scenery.variance_px2) / scenery.variance_deviation
-    return float(shift**2 + half**2 + blur**2)
+    return float(axis @ scenery.axis_precision @ axis + half**2 + blur**2)
 
 
 def derivative(
@@ -178,7 +188,7 @@ def derivative(
     """
     steps = np.where(np.arange(len(values)) < POSE, STEP_PX, SHAPE_STEP)
     steps = np.where(values + steps <= high, steps, -steps)
-    by_edges = [k for k in range(len(values)) if k != BLUR]
+    by_edges = [k for k in range(len(values)) if k not in (BLUR, LEAN)]
     moved = []
     for k in by_edges:
         other = values.copy()
@@ -188,6 +198,10 @@ def derivative(
     by_cover = cover_change(found.placed, moved, steps[by_edges], cells)
     change = np.zeros((len(found.near), len(values)))
     change[:, by_edges] = _by_cover(scenery, found, by_cover.whole.T, by_cover.tip.T)
+    # A lean moves each row across, by its distance from where the axis is held.
+    _, v = scenery.points(found.near)
+    cosine = -found.placed.hub[1]
+    change[:, LEAN] = change[:, SHIFT] * ((v - scenery.row) * cosine)
     if not scenery.sharp:
         there = scenery.cover(found.placed, values[BLUR] + steps[BLUR])
         change[:, BLUR] = (
@@ -221,8 +235,9 @@ def shape_equations(
     cross = found.columns.T @ change
     H = change.T @ change - cross.T @ np.linalg.solve(found.normal, cross)
     g = change.T @ (found.residual * scenery.precision)[found.near]
-    H[1, 1] += 1 / scenery.shift_deviation**2
-    g[1] -= values[1] / scenery.shift_deviation**2
+    axis = [SHIFT, LEAN]
+    H[np.ix_(axis, axis)] += scenery.axis_precision
+    g[axis] -= scenery.axis_precision @ values[axis]
     H[2, 2] += 1 / scenery.half_deviation**2
     g[2] -= (values[2] - scenery.half_px) / scenery.half_deviation**2
     if scenery.sharp:

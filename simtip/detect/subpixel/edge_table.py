@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from simtip.detect.subpixel.blur import transfer
+from simtip.detect.subpixel.blur import transfer, transfer_by_share
 from simtip.geometry import Array
 
 STEP_PX = 1 / 16
@@ -118,7 +118,8 @@ class EdgeTables:
     start_px
         Distance x of the first entry; further ones follow by `STEP_PX`.
     tables
-        (blurs, n, 3, INSIDE + OUTSIDE) profile; its derivatives by x and by the blur's variance.
+        (blurs, n, 3 or 4, INSIDE + OUTSIDE) profile; its derivatives by x, by the blur's variance
+        and, if it is asked for, by the square of the disc's share of it.
     """
 
     start_px: float
@@ -132,6 +133,8 @@ class EdgeTables:
         slope: Array,
         variance_px2: Array,
         disc_share: float = 0.0,
+        *,
+        by_share: bool = False,
     ) -> EdgeTables:
         """Build them for distances up to `reach_px` from the axis.
 
@@ -145,6 +148,8 @@ class EdgeTables:
             (blurs,) du/dv of the axis: a pixel's square spreads by its projection across the axis.
         variance_px2, disc_share
             Of the lens's blur, (blurs,) and for all, see `simtip.detect.subpixel.blur.transfer`.
+        by_share
+            Whether the derivative by the share is asked for.
         """
         pad = 4 + 5 * np.sqrt(variance_px2.max())
         count = int(2 ** np.ceil(np.log2(2 * (reach_px + pad) / STEP_PX)))
@@ -154,7 +159,10 @@ class EdgeTables:
         pixel = np.sinc(cosine[:, None] * f) * np.sinc(sine[:, None] * f) / np.sinc(STEP_PX * f)
         lens, by_variance = transfer(f, variance_px2[:, None], disc_share)
         seen = pixel * lens
-        shapes = np.stack([seen, 2j * np.pi * f * seen, pixel * by_variance], axis=1)
+        kinds = [seen, 2j * np.pi * f * seen, pixel * by_variance]
+        if by_share:
+            kinds.append(pixel * transfer_by_share(f, variance_px2[:, None], disc_share))
+        shapes = np.stack(kinds, axis=1)
         # In single precision: a part in ten million.
         spectrum = scipy.fft.rfft(_cells(x, half_px).astype(np.float32))
         middle, reach = count // 2, int(np.ceil(reach_px / STEP_PX)) + 1
@@ -163,7 +171,7 @@ class EdgeTables:
         return cls(float(x[middle - reach]), np.ascontiguousarray(kept.transpose(0, 3, 1, 2)))
 
     def at(self, x: Array, blur: int = 0) -> Array:
-        """Interpolate all three tables of a blur at distances (m,): (m, 3, INSIDE + OUTSIDE)."""
+        """Interpolate all tables of a blur at distances (m,): (m, 3 or 4, INSIDE + OUTSIDE)."""
         table = self.tables[blur]
         place = (x - self.start_px) / STEP_PX
         k = np.minimum(np.maximum(place.astype(np.intp), 0), len(table) - 2)

@@ -22,6 +22,9 @@ NEAR_END, FINE = 2.0, 8
 """Rows of cells so near an end, of a blunt outline or a facet, are looked at so many times: they
 are covered in part."""
 
+LEAST_COVER = 1e-3
+"""Of a pixel that shows something."""
+
 SHARP_PX2 = 0.005
 """Variance of a blur that is none: it takes a part in five hundred across a cell's border."""
 
@@ -101,10 +104,11 @@ class Placed:
         sides = np.array(self.intervals(np.arange(first, v.max() + 1)))
         return np.asarray(sides[:, (v - first).astype(np.intp)])
 
-    def before_shaft(self, u: Array, v: Array) -> NDArray[np.float32]:
+    def before_shaft(self, u: Array, v: Array, per_px: int) -> NDArray[np.float32]:
         """Give the part (m, n) of cells at columns u (n,) and rows v (m,) before the shaft's begin.
 
-        What is seen of the circle at which the shaft begins is its half towards the camera.
+        `per_px` are the rows of cells to a pixel. What is seen of the circle at which the shaft
+        begins is its half towards the camera.
         """
         off_u = (u - self.origin[0]).astype(np.float32)
         off_v = (v - self.origin[1]).astype(np.float32)[:, None]
@@ -114,7 +118,7 @@ class Placed:
             x = off_v * hub_u - off_u * hub_v
             reach = np.maximum(np.float32(self.half_px**2) - x * x, 0)
             before += np.float32(self.tilt) * np.sqrt(reach)
-        before *= ROWS
+        before *= per_px
         before += np.float32(0.5)
         np.minimum(before, 1, out=before)
         np.maximum(before, 0, out=before)
@@ -185,7 +189,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Cells:
-    """A window's cells: `ROWS` to a pixel's height, and `COLUMNS` to its width if it is blurred.
+    """A window's cells: so many rows to a pixel, and `COLUMNS` to its width if it is blurred.
 
     Along a row the cover is exact; finer columns are for the blur, and so is a border.
     """
@@ -193,6 +197,7 @@ class Cells:
     window: Window
     variance_px2: float
     disc_share: float
+    rows_per_px: int = ROWS
 
     @cached_property
     def pad(self) -> int:
@@ -209,23 +214,25 @@ class Cells:
     def shape(self) -> tuple[int, int]:
         """Rows and columns of cells."""
         border = 2 * self.pad
-        return (self.window.height + border) * ROWS, (self.window.width + border) * self.fine
+        return (self.window.height + border) * self.rows_per_px, (
+            self.window.width + border
+        ) * self.fine
 
     @cached_property
     def rows(self) -> Array:
         """Each row's middle v."""
         first = self.window.v - self.pad - 0.5
-        return np.asarray(first + (np.arange(self.shape[0]) + 0.5) / ROWS)
+        return np.asarray(first + (np.arange(self.shape[0]) + 0.5) / self.rows_per_px)
 
     def rows_about(self, ends: list[float]) -> Rows:
         """Give the rows, those near an end more finely."""
         number = np.ones(len(self.rows), np.intp)
         for end in ends:
-            number[np.abs(self.rows - end) < NEAR_END / ROWS] = FINE
+            number[np.abs(self.rows - end) < NEAR_END / self.rows_per_px] = FINE
         row = np.repeat(np.arange(len(number)), number)
         first = np.cumsum(number) - number
         k, of = np.arange(len(row)) - first[row], number[row]
-        v = self.rows[row] + ((k + 0.5) / of - 0.5) / ROWS
+        v = self.rows[row] + ((k + 0.5) / of - 0.5) / self.rows_per_px
         return Rows(v, row, 1 / of, first, np.flatnonzero(number > 1), of > 1)
 
     @property
@@ -244,33 +251,39 @@ class Cells:
         return np.zeros(self.window.height * self.window.width)
 
     def pixels(self, cells: NDArray[np.float32]) -> Array:
-        """Blur cells and give the pixels' means (H W,)."""
-        pad = self.pad
+        """Blur cells (rows, columns, ...) and give the pixels' means (H W, ...)."""
+        pad, per_px = self.pad, (self.rows_per_px, COLUMNS)
         if pad:
-            cells = blurred(cells, self.variance_px2, self.disc_share, (ROWS, COLUMNS))
-        inner = cells[
-            pad * ROWS : len(cells) - pad * ROWS,
-            pad * COLUMNS : cells.shape[1] - pad * COLUMNS,
-        ]
+            cells = blurred(cells, self.variance_px2, self.disc_share, per_px)
+        v, u = (pad * each for each in per_px)
+        inner = cells[v : len(cells) - v, u : cells.shape[1] - u]
         # Whole cells to a pixel: their mean.
         size = self.window.width, self.window.height
         pixels = cv2.resize(inner, size, interpolation=cv2.INTER_AREA)
-        return np.asarray(pixels.reshape(-1), np.float64)
+        return np.asarray(pixels.reshape(-1, *cells.shape[2:]), np.float64)
 
 
 def cover(placed: Placed, cells: Cells) -> Cover:
     """Work out what an outline covers of a window's pixels, blurred."""
+    whole, tip = cell_covers(placed, cells)
+    return Cover(cells.pixels(whole), cells.none if tip is None else cells.pixels(tip))
+
+
+def cell_covers(
+    placed: Placed, cells: Cells
+) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+    """Give the parts of cells that an outline covers, and of them the tip's own, if it has any."""
     rows = cells.rows_about(placed.ends)
     left, right, inner_left, inner_right, there = placed.intervals(rows.v)
     whole = _covered(cells, left, right)
     if placed.facet is None:
-        tip = whole * placed.before_shaft(cells.columns, rows.v)
+        tip = whole * placed.before_shaft(cells.columns, rows.v, cells.rows_per_px)
     elif len(placed.facet):
         tip = _covered(cells, inner_left, inner_right)
         tip *= there.astype(np.float32)[:, None]
     else:
-        return Cover(cells.pixels(rows.means(whole)), cells.none)
-    return Cover(cells.pixels(rows.means(whole)), cells.pixels(rows.means(tip)))
+        return rows.means(whole), None
+    return rows.means(whole), rows.means(tip)
 
 
 def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells) -> Cover:
@@ -297,7 +310,7 @@ def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells
     *edges, _ = placed.intervals(rows.v)
     shaft = None
     if placed.facet is None:
-        before = placed.before_shaft(u, rows.v)
+        before = placed.before_shaft(u, rows.v, cells.rows_per_px)
         shaft = _covered(cells, edges[0], edges[1]), before, rows.means(before)
     whole, tip = [], []
     for other, step in zip(moved, steps, strict=True):
@@ -306,7 +319,8 @@ def cover_change(placed: Placed, moved: list[Placed], steps: Array, cells: Cells
         whole.append(cells.pixels(change))
         if shaft is not None:
             covered, before, mean_before = shaft
-            moves = covered * ((other.before_shaft(u, rows.v) - before) / np.float32(step))
+            after = other.before_shaft(u, rows.v, cells.rows_per_px)
+            moves = covered * ((after - before) / np.float32(step))
             tip_change = change * mean_before
             tip_change += rows.means(moves)
         elif placed.facet is not None and len(placed.facet):

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from simtip.detect.subpixel.brightness import ground_columns
+from simtip.detect.subpixel.brightness import BLURRED_ROWS, ground_columns
 from simtip.detect.subpixel.outline import Family
 from simtip.detect.subpixel.picture import Cells, Cover, Placed, Window, cover
 from simtip.detect.subpixel.shaft import Shaft
@@ -16,15 +16,21 @@ from simtip.geometry import Array
 
 SIDE_PX, BELOW_PX = 6, 8
 
+AXIS_DEVIATION_PX, AXIS_SHARE = 0.002, 0.01
+"""How far the shaft's axis may be off besides, px, and of the blur's deviation more."""
+
+LOCKED_PX = 0.2
+"""How far an edge may be off that a sharp picture shows in one column alone, px."""
+
 BLURRED_WIDTH = 0.3
 """How far the shaft's half width may be off in a blurred picture, px."""
 
-POSE = 4
+POSE = 5
 """Parameters before the shape: row v of z = 0 on the axis, shift across, half width, variance of
-the blur, px^2."""
+the blur, px^2, lean."""
 
-BLUR = 3
-"""Of those, the last."""
+SHIFT, BLUR, LEAN = 1, 3, 4
+"""Which of those are the axis' shift across, the blur, and what is added to the axis' slope."""
 
 BLUR_SHARE, BLUR_DEVIATION_PX2 = 0.25, 0.02
 """How far the shaft's blur may be off, of it, and px^2 more: width and blur are told apart by the
@@ -49,8 +55,12 @@ class Scenery:
         (H W,) their gray values.
     shaft
         The shaft's fit.
-    shift_deviation, half_deviation
-        Of the shaft's axis at the tip, px, and of its half width.
+    row
+        About which the axis leans, and at which the shaft tells where it is.
+    axis_precision
+        Inverse of the covariance (2, 2) of the axis' u and slope there, by the shaft.
+    half_deviation
+        Of the shaft's half width there, px.
     variance_px2, variance_deviation
         Of the blur at the tip, by the shaft, px^2.
     level
@@ -60,8 +70,6 @@ class Scenery:
     rim_tilt
         The same for the circle at which the shaft begins; 0, a straight line, where the camera is
         not known.
-    slope_deviation
-        Of the axis' slope du/dv at the tip.
     left_out
         (H W,) which pixels do not count.
     clutter
@@ -71,7 +79,8 @@ class Scenery:
     window: Window
     value: Array
     shaft: Shaft
-    shift_deviation: float
+    row: float
+    axis_precision: Array
     half_deviation: float
     half_px: float
     variance_px2: float
@@ -79,7 +88,6 @@ class Scenery:
     level: float
     tilt: float
     rim_tilt: float
-    slope_deviation: float
     left_out: NDArray[np.bool_]
     clutter: Array | float = 0.0
 
@@ -101,8 +109,7 @@ class Scenery:
     @cached_property
     def noise(self) -> Array:
         """Variance of each pixel's gray value (H W,) that the camera makes, DN^2."""
-        constant, slope = self.shaft.noise
-        return np.asarray(constant + slope * np.maximum(self.value, 0))
+        return self.shaft.noise_dn2(self.value)
 
     @cached_property
     def precision(self) -> Array:
@@ -162,15 +169,20 @@ class Scenery:
 
     def _axes(self, values: Array) -> tuple[Array, Array, Array]:
         """Give the outline's origin u, v, and the unit vectors across it and to its hub."""
-        v, shift = values[:2]
-        slope = float(self.shaft.slope(np.array(v)))
+        v, lean = float(values[0]), float(values[LEAN])
+        u, slope = self.shaft.axis_at(v)
+        slope += lean
         hub = np.array([-slope, -1.0]) / np.hypot(1, slope)
         across = np.array([-hub[1], hub[0]])
-        return np.array([float(self.shaft.axis_u(np.array(v))), v]) + shift * across, across, hub
+        return np.array([u + lean * (v - self.row), v]) + values[SHIFT] * across, across, hub
 
     def cells(self, variance_px2: float) -> Cells:
         """Give the window's cells in a picture so blurred."""
         return Cells(self.window, variance_px2, self.shaft.disc_share)
+
+    def brightness_cells(self, variance_px2: float) -> Cells:
+        """Give the window's cells in which a picture so blurred has its brightness."""
+        return replace(self.cells(variance_px2), rows_per_px=BLURRED_ROWS)
 
     def cover(self, placed: Placed, variance_px2: float) -> Cover:
         """Work out what an outline covers in a picture so blurred."""
@@ -204,26 +216,33 @@ def scenery_of(
     half = float(shaft.half_px(np.array(v_end)))
     window = window_about(image.shape, shaft, half, v_end, depth, 3 * np.sqrt(variance))
     part = image[window.v : window.v + window.height, window.u : window.u + window.width]
-    t = float(shaft.t(np.array(v_end)))
-    powers = t ** np.arange(len(shaft.axis))
-    n = len(shaft.axis)
-    spread = float(np.sqrt(powers @ shaft.covariance[:n, :n] @ powers))
-    m = len(shaft.width)
-    wide = t ** np.arange(m)
+    axis = shaft.axis_covariance(v_end)
+    axis[0, 0] += (AXIS_DEVIATION_PX + AXIS_SHARE * np.sqrt(variance)) ** 2
+    locked = _locked_px(shaft, v_end) if variance < SHARP_PX2 else 0.0
+    axis[0, 0] += locked**2
+    n, m = len(shaft.axis), len(shaft.width)
+    wide = float(shaft.t(np.array(v_end))) ** np.arange(m)
     half_deviation = float(np.sqrt(wide @ shaft.covariance[n : n + m, n : n + m] @ wide))
-    steeper = np.arange(n) * t ** np.maximum(np.arange(n) - 1, 0) / shaft.scale
-    slope_deviation = float(np.sqrt(steeper @ shaft.covariance[:n, :n] @ steeper))
     return Scenery(
         window,
         part.reshape(-1).astype(np.float64),
         shaft,
-        float(np.hypot(spread, 0.002 + 0.01 * np.sqrt(variance))),
-        max(half_deviation, 0.01) + BLURRED_WIDTH * variance / (variance + 0.1),
+        v_end,
+        np.linalg.inv(axis),
+        max(half_deviation, 0.01) + locked + BLURRED_WIDTH * variance / (variance + 0.1),
         half,
         variance,
         doubt,
         level,
         *tilts,
-        slope_deviation,
         np.zeros(part.size, np.bool_),
     )
+
+
+def _locked_px(shaft: Shaft, v: float) -> float:
+    """Give how far an edge may be off that stays within one column of a sharp picture.
+
+    There only one pixel of a row tells where it is, and as well how bright the rim is.
+    """
+    crossed = float(abs(shaft.axis_u(np.array(v)) - shaft.axis_u(np.array(v - shaft.scale))))
+    return LOCKED_PX * max(0.0, 1 - crossed)

@@ -25,5 +25,7 @@ def without_seam(scenery: Scenery, fit: TipFit) -> Scenery:
     u, v = scenery.points(np.arange(len(scenery.value)))
     off = np.abs(placed.z_at(u, v) - placed.depth_px)
     reach = MOST_TILT * placed.half_px + BESIDE_PX
+    if placed.depth_px < reach:
+        return scenery  # of so blunt a tip nothing would be left
     seam = (off < reach) & (fit.found.cover.whole > WITHIN)
     return replace(scenery, left_out=scenery.left_out | seam)

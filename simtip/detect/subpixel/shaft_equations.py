@@ -45,7 +45,13 @@ TRUSTED = 8.0
 block is logarithmic beyond it (Cauchy's)."""
 
 SHAPE = 3
-"""Parameters of the shape in a block: shift, half width, variance of the blur."""
+"""Parameters of the shape in a block: shift, half width, variance of the blur; a fourth may be the
+square of the disc's share in that."""
+
+USUAL_SHARE, SHARE_DEVIATION = 0.5, 0.5
+"""What that share usually is, and of its square the usual deviation."""
+
+AT_END = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +65,11 @@ class Equations:
     misfit: float
     shared: Array
 
-    def step(self, damping: float, room: Array) -> tuple[Array, float]:
+    def step(self, damping: float, low: Array, high: Array) -> tuple[Array, float]:
         """Give a damped Gauss-Newton step of the shape, and what it promises of the cost.
 
         What the brightness alone would gain, whose best depends on the weights, is no promise.
-        `room` (2,) is how far the variances may fall; one that would fall further is held.
+        `low` and `high` (n,) are how far the shape may go down and up; what is at its end is held.
         """
         H = self.H + damping * np.diag(
             np.where(np.arange(len(self.H)) < self.first, 0, np.diag(self.H))
@@ -73,13 +79,11 @@ class Equations:
         for _ in range(3):
             step[free] = np.linalg.solve(H[np.ix_(free, free)], self.g[free])
             step[~free] = 0
-            low = free.copy()
-            low[-2:] &= step[-2:] < -room - 1e-12
-            low[:-2] = False
-            low &= np.append(np.zeros(len(H) - 2, np.bool_), room < 1e-6)
-            if not low.any():
+            shape = step[self.first :]
+            beyond = ((low < AT_END) & (shape < 0)) | ((high < AT_END) & (shape > 0))
+            if not beyond.any():
                 break
-            free &= ~low
+            free[self.first :] &= ~beyond
         bright = self.g[: self.first]
         alone = float(bright @ np.linalg.solve(self.H[: self.first, : self.first], bright))
         return np.asarray(step[self.first :]), float(step @ self.g) - alone
@@ -89,8 +93,11 @@ class Equations:
         return np.asarray(np.linalg.inv(self.H)[self.first :, self.first :])
 
 
-def equations_of(bins: Bins, shaft: Shaft) -> Equations:
-    """Work out the normal equations at a shaft: brightness at its best, each ground eliminated."""
+def equations_of(bins: Bins, shaft: Shaft, *, share: bool = False) -> Equations:
+    """Work out the normal equations at a shaft: brightness at its best, each ground eliminated.
+
+    With `share`, what the disc has of the blur is a parameter, too.
+    """
     t = shaft.t(bins.v)
     own = shaft.half_px(bins.v)[:, None]
     half = float(np.mean(own))
@@ -99,10 +106,10 @@ def equations_of(bins: Bins, shaft: Shaft) -> Equations:
     x = (bins.x - (shaft.axis_u(bins.v) - bins.axis_u)[:, None] * cosine) * scale
     even = abs(shaft.variance[0] - shaft.variance[1]) < EVEN_PX2
     segments = 1 if even else SEGMENTS
-    value, by_x, by_variance = _profiles(shaft, x, bins.v, half, segments)
+    value, by_x, by_variance, *by_share = _profiles(shaft, x, bins.v, half, segments, share=share)
     y = bins.value
     powers = t[:, None] ** np.arange(BRIGHTNESS_DEGREE + 1)
-    weight = bins.count / (shaft.noise[0] + shaft.noise[1] * np.clip(y, 0, None))
+    weight = bins.count / shaft.noise_dn2(y)
     precision, wanted = _prior(y, bins.count, powers.shape[1])
     amplitude, shared = _amplitudes(value, y, weight, powers, precision, wanted)
     fitted = _times(value, amplitude)
@@ -112,23 +119,25 @@ def equations_of(bins: Bins, shaft: Shaft) -> Equations:
             -gradient * cosine,
             -gradient * x / half,
             _times(by_variance, amplitude) * scale**2,
+            *(_times(one, amplitude) for one in by_share),
         ],
         axis=2,
     )
     residual = y - fitted
-    weight = bins.count / (shaft.noise[0] + shaft.noise[1] * np.clip(fitted, 0, None))
+    weight = bins.count / shaft.noise_dn2(fitted)
     chi2 = (residual**2 * weight).sum(axis=1) / np.maximum((weight > 0).sum(axis=1), 1)
     typical = float(np.median(chi2))
     trust = 1 / (1 + chi2 / TRUSTED)
     columns = np.concatenate([value[..., :INSIDE], jacobian, value[..., INSIDE:]], axis=2)
-    normal, right = _normal(columns, residual, weight * trust[:, None], INSIDE + SHAPE)
-    design = _design(shaft, t, powers)
+    shape = jacobian.shape[2]
+    normal, right = _normal(columns, residual, weight * trust[:, None], INSIDE + shape)
+    design = _design(shaft, t, powers, shape)
     first = INSIDE * powers.shape[1]
     H = (np.swapaxes(design, 1, 2) @ normal @ design).sum(axis=0)
     g = np.einsum("bki,bk->i", design, right)
     g[:first] += wanted - precision @ shared
     H[:first, :first] += precision
-    shape_precision, off = _shape_prior(shaft, half)
+    shape_precision, off = _shape_prior(shaft, half, share=share)
     H[first:, first:] += np.diag(shape_precision)
     g[first:] -= shape_precision * off
     cost = float((TRUSTED * np.log1p(chi2 / TRUSTED) * (weight > 0).sum(axis=1)).sum())
@@ -137,14 +146,14 @@ def equations_of(bins: Bins, shaft: Shaft) -> Equations:
     return Equations(cost, H, g, first, typical, shared)
 
 
-def _design(shaft: Shaft, t: Array, powers: Array) -> Array:
+def _design(shaft: Shaft, t: Array, powers: Array, shape: int) -> Array:
     """Give what each block's brightness, shift, width and blur are of the coefficients.
 
-    (blocks, INSIDE + SHAPE, coefficients).
+    (blocks, INSIDE + shape, coefficients).
     """
-    sizes = [len(shaft.axis), len(shaft.width), 2]
+    sizes = [len(shaft.axis), len(shaft.width), 2 + shape - SHAPE]
     first = INSIDE * powers.shape[1]
-    design = np.zeros((len(t), INSIDE + SHAPE, first + sum(sizes)))
+    design = np.zeros((len(t), INSIDE + shape, first + sum(sizes)))
     for c in range(INSIDE):
         design[:, c, c:first:INSIDE] = powers
     at = first
@@ -153,19 +162,23 @@ def _design(shaft: Shaft, t: Array, powers: Array) -> Array:
         at += n
     share = np.clip(-t, 0, 1)
     design[:, INSIDE + 2, at : at + 2] = np.stack([1 - share, share], axis=1)
+    design[:, INSIDE + SHAPE :, at + 2 :] = 1.0
     return design
 
 
-def _profiles(shaft: Shaft, x: Array, v: Array, half: float, segments: int) -> Array:
-    """Give profile and derivatives (3, blocks, bins, columns), each segment's about one blur."""
+def _profiles(
+    shaft: Shaft, x: Array, v: Array, half: float, segments: int, *, share: bool
+) -> Array:
+    """Give profile and derivatives (3 or 4, blocks, bins, columns), a segment's about one blur."""
     parts = np.array_split(np.arange(len(v)), min(segments, len(v)))
     middles = np.array([v[part].mean() for part in parts])
     variance = shaft.variance_px2(middles)
     reach = float(np.abs(x).max()) + 0.1
-    tables = EdgeTables.build(half, reach, shaft.slope(middles), variance, shaft.disc_share)
-    found = np.empty((3, *x.shape, INSIDE + OUTSIDE))
+    slope = shaft.slope(middles)
+    tables = EdgeTables.build(half, reach, slope, variance, shaft.disc_share, by_share=share)
+    found = np.empty((SHAPE + share, *x.shape, INSIDE + OUTSIDE))
     for k, part in enumerate(parts):
-        there = tables.at(x[part].reshape(-1), k).reshape(*x[part].shape, 3, -1)
+        there = tables.at(x[part].reshape(-1), k).reshape(*x[part].shape, SHAPE + share, -1)
         found[:, part] = np.moveaxis(there, 2, 0)
     # Each block's own blur, in the tables' scale.
     own = shaft.variance_px2(v) * (half / shaft.half_px(v)) ** 2
@@ -186,12 +199,14 @@ def _prior(y: Array, count: Array, powers: int) -> tuple[Array, Array]:
     return np.diag(weight.reshape(-1)), wanted
 
 
-def _shape_prior(shaft: Shaft, half: float) -> tuple[Array, Array]:
+def _shape_prior(shaft: Shaft, half: float, *, share: bool) -> tuple[Array, Array]:
     """Give the precision of the shape's prior and how far the shape is off its mean: both weak."""
     bend = [0.0, 0.0, *BEND_PX[: len(shaft.axis) - 2]]
     change = [*((HELD_PX, HELD_PX) if shaft.width_held else (0.0, 0.1 * half)), 0.005 * half]
-    deviation = np.array([*bend, *change[: len(shaft.width)], 3.0, 3.0])
-    now = np.concatenate([shaft.axis, shaft.width, shaft.variance])
+    disc = [SHARE_DEVIATION] if share else []
+    deviation = np.array([*bend, *change[: len(shaft.width)], 3.0, 3.0, *disc])
+    off_disc = [shaft.disc_share**2 - USUAL_SHARE**2] if share else []
+    now = np.concatenate([shaft.axis, shaft.width, shaft.variance, off_disc])
     held = deviation > 0
     precision = np.where(held, 1 / np.where(held, deviation, 1.0) ** 2, 0.0)
     if shaft.width_held:

@@ -23,17 +23,26 @@ SETTLED, SEEN = 0.05, 1.0
 """Change of the cost, a log likelihood times -2, over the misfit at which the fit ends, and a look
 at it."""
 
-FIRST_MISFIT, BLURRED_MISFIT, SHARP_PX2 = 12.0, 2.0, 0.2
-"""A shaft that fits so well after the first start's steps is taken, the former if it is so sharp:
-in a blurred picture the kinds of blur have to be told apart."""
+FIRST_MISFIT, BLURRED_MISFIT, SHARP_PX2, SOFT_PX2 = 12.0, 2.5, 0.2, 1.0
+"""A shaft that fits so well after the first start's steps is taken, the former if it is so sharp,
+the latter if it is not so soft: in a blurred picture the kinds of blur have to be told apart."""
 
 HALVED_STEPS = 3
 """Of a shaft on half its rows, to see whether it fits those better."""
 
-RACE = ((2, 6), (2, 3), (2, 2))
+RACE = ((2, 4), (2, 3), (2, 2))
 """Rounds of the race of starts on merged pixels: steps of each, and how many go on."""
 
+SAME_PX, SAME_COST, SAME_SHARE = 0.05, 20.0, 0.05
+"""Shafts of a race so near to each other, in px and px^2, and in cost, or by its share, are one."""
+
+STUCK = 100.0
+"""Times the best one's misfit, or 1: a shaft that fits so badly has got nowhere."""
+
 LEAST_VARIANCE_PX2 = 0.003
+
+LEAST_SHARE, MOST_SHARE = 0.2, 0.98
+"""Of the blur, what may be a disc's; less is none."""
 
 VAIN = 40
 """A fit ends, too, at a step that failed and promised less than so many times that: weights and
@@ -78,12 +87,18 @@ def fit(
     else:
         best = _best_of(image, rows, [seen or free[0], *free[1:]], likely)
     if best is not None:
-        ended = _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
+        ended = _ended(image, rows, best)
         if likely(ended):
             return ended
     held = free if any_width else [replace(start, width_held=True) for start in free]
     best = _best_of(image, rows, held, lambda _: True) or held[0]
-    return _settled(sort_pixels(image, rows, best), best, LAST_STEPS)
+    return _ended(image, rows, best)
+
+
+def _ended(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Shaft:
+    """Fit a shaft to the end; of a disc that is hardly there only the variance is seen."""
+    ended = _settled(sort_pixels(image, rows, shaft), shaft, LAST_STEPS, share=_tells_kind(shaft))
+    return ended if ended.disc_share > LEAST_SHARE else replace(ended, disc_share=0.0)
 
 
 def glance(image: NDArray[np.float32], rows: NDArray[np.intp], start: Shaft) -> Shaft:
@@ -104,9 +119,15 @@ def is_sharp(shaft: Shaft) -> bool:
     return bool(shaft.variance.max() < SHARP_PX2)
 
 
+def _tells_kind(shaft: Shaft) -> bool:
+    """Say whether a shaft is blurred, and fits so well that it tells a disc from a Gaussian."""
+    return not is_sharp(shaft) and shaft.misfit < TRUSTED
+
+
 def fits(shaft: Shaft) -> bool:
     """Say whether it describes its pixels so well that no other blur needs to be tried."""
-    return bool(shaft.misfit < (FIRST_MISFIT if is_sharp(shaft) else BLURRED_MISFIT))
+    soft = bool(shaft.variance.max() > SOFT_PX2)
+    return not soft and bool(shaft.misfit < (FIRST_MISFIT if is_sharp(shaft) else BLURRED_MISFIT))
 
 
 def _whole_blocks(rows: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -128,10 +149,13 @@ def _best_of(
     first = _settled(merged, starts[0], FIRST_STEPS, SEEN)
     if is_sharp(first) and not fits(first):
         first = _settled(bins, starts[0], FIRST_STEPS)
+    if _tells_kind(first):
+        first = _settled(merged, first, FIRST_STEPS, SEEN, share=True)
     if fits(first) and likely(first):
         return first
     tried = [
-        _settled(bins, one, FIRST_STEPS) for one in _winners(merged, [first, *starts[1:]], likely)
+        _settled(bins, one, FIRST_STEPS, share=_tells_kind(one))
+        for one in _winners(merged, [first, *starts[1:]], likely)
     ]
     return min((one for one in tried if likely(one)), key=lambda one: one.cost, default=None)
 
@@ -140,22 +164,42 @@ def _winners(merged: Bins, field: list[Shaft], likely: Callable[[Shaft], bool]) 
     """Let starts take steps, the worse ones fewer; those that can be are before all others."""
     for steps, kept in RACE:
         field = [_settled(merged, one, steps) for one in field]
-        field = sorted(field, key=lambda one: (not likely(one), one.cost))[:kept]
-    return [one for one in field if likely(one)]
+        field = _apart(sorted(field, key=lambda one: (not likely(one), one.cost)))[:kept]
+    most = STUCK * max(1.0, min(one.misfit for one in field))
+    return [one for one in field if likely(one) and one.misfit < most]
 
 
-def _settled(bins: Bins, start: Shaft, most: int, settled_at: float = SETTLED) -> Shaft:
-    """Step to the least cost (Levenberg and Marquardt)."""
-    best, found = start, equations_of(bins, start)
+def _apart(field: list[Shaft]) -> list[Shaft]:
+    """Give shafts without those that have come to where a better one is, which is before them."""
+    kept: list[Shaft] = []
+    for one in field:
+        if not any(_same(one, other) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(one: Shaft, other: Shaft) -> bool:
+    """Say whether two shafts on their way are as good as one."""
+    off_px = abs(one.width[0] - other.width[0]) + abs(one.axis[0] - other.axis[0])
+    off_px2 = np.abs(one.variance - other.variance).max()
+    near = one.cost - other.cost < max(SAME_COST, SAME_SHARE * other.cost)
+    return bool(off_px < SAME_PX and off_px2 < SAME_PX and near)
+
+
+def _settled(
+    bins: Bins, start: Shaft, most: int, settled_at: float = SETTLED, *, share: bool = False
+) -> Shaft:
+    """Step to the least cost (Levenberg and Marquardt); with `share`, that of the disc is free."""
+    best, found = start, equations_of(bins, start, share=share)
     damping = 1e-3
     for _ in range(most):
-        step, promised = found.step(damping, best.variance - LEAST_VARIANCE_PX2)
+        step, promised = found.step(damping, *_room(best, share=share))
         # A bad block's misfit counts little in the cost.
         enough = settled_at * max(1.0, found.misfit / (1 + found.misfit / TRUSTED))
         if promised < enough:
             break
         tried = _moved(best, step)
-        there = equations_of(bins, tried)
+        there = equations_of(bins, tried, share=share)
         if not there.cost < found.cost:
             damping = max(damping * 10, FAILED_DAMPING)
             if damping > 1e4 or promised < VAIN * enough:
@@ -182,5 +226,23 @@ def _moved(shaft: Shaft, step: Array) -> Shaft:
         shaft,
         axis=shaft.axis + step[:a],
         width=shaft.width + step[a:b],
-        variance=np.maximum(shaft.variance + step[b:], LEAST_VARIANCE_PX2),
+        variance=np.maximum(shaft.variance + step[b : b + 2], LEAST_VARIANCE_PX2),
+        disc_share=_share(shaft, step[b + 2 :]),
     )
+
+
+def _share(shaft: Shaft, step: Array) -> float:
+    """Give the disc's share after a step (1,) of its square, or without one."""
+    if not len(step):
+        return shaft.disc_share
+    return float(np.sqrt(np.clip(shaft.disc_share**2 + step[0], 0, MOST_SHARE**2)))
+
+
+def _room(shaft: Shaft, *, share: bool) -> tuple[Array, Array]:
+    """Give how far down and up each parameter of the shape may go, (n,) each."""
+    free = np.full(len(shaft.axis) + len(shaft.width), np.inf)
+    low, high = [*(shaft.variance - LEAST_VARIANCE_PX2)], [np.inf, np.inf]
+    if share:
+        low.append(shaft.disc_share**2)
+        high.append(MOST_SHARE**2 - shaft.disc_share**2)
+    return np.concatenate([free, low]), np.concatenate([free, high])

@@ -31,7 +31,7 @@ LEAST_NOISE_DN2 = 1 / 12
 
 
 def noise_of(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Array:
-    """Give constant and slope of the noise's variance against the level, DN^2.
+    """Give the noise's variance, DN^2, as a polynomial (3,) of the level, constant first.
 
     Parameters
     ----------
@@ -68,12 +68,30 @@ def noise_of(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -
     beside, beside_level = _spread(difference, level, ground)
     within, within_level = _spread(difference, level, dark)
     if beside is None or beside_level is None:
-        return np.array([max(within or 0.0, LEAST_NOISE_DN2), 0.0])
+        return np.array([max(within or 0.0, LEAST_NOISE_DN2), 0.0, 0.0])
     if within is None or within_level is None or within > beside:
-        return np.array([max(beside, LEAST_NOISE_DN2), 0.0])
-    apart = beside_level - within_level
-    slope = max((beside - within) / apart, 0.0) if apart > 1 else 0.0
-    return np.array([max(within - slope * within_level, LEAST_NOISE_DN2), slope])
+        return np.array([max(beside, LEAST_NOISE_DN2), 0.0, 0.0])
+    return _through((within_level, within), (beside_level, beside))
+
+
+def _through(dark: tuple[float, float], bright: tuple[float, float]) -> Array:
+    """Give the polynomial (3,) through two levels' variances: a line from rounding up, or a bend.
+
+    Light's own noise grows with the level, that of uneven pixels with its square (EMVA 1288).
+    """
+    (low, dark_dn2), (high, bright_dn2) = dark, bright
+    apart = high - low
+    slope = max((bright_dn2 - dark_dn2) / apart, 0.0) if apart > 1 else 0.0
+    constant = dark_dn2 - slope * low
+    if constant >= LEAST_NOISE_DN2:
+        return np.array([constant, slope, 0.0])
+    if bright_dn2 <= LEAST_NOISE_DN2:
+        return np.array([LEAST_NOISE_DN2, 0.0, 0.0])
+    # From rounding up, both over their level: a line, too.
+    by_dark = max(dark_dn2 - LEAST_NOISE_DN2, 0.0) / max(low, 1.0)
+    by_bright = (bright_dn2 - LEAST_NOISE_DN2) / high
+    square = min((by_bright - by_dark) / apart, by_bright / high)
+    return np.array([LEAST_NOISE_DN2, by_bright - square * high, square])
 
 
 def _spread(

@@ -14,8 +14,8 @@ from simtip.detect.subpixel.shaft_fit import fit, fits, glance, halved, is_sharp
 from simtip.detect.subpixel.shaft_pixels import BLOCK_ROWS, edges_px
 
 START_BLURS = (
-    *((variance, 0.0) for variance in (0.03, 0.6, 2.5)),
-    *((variance, share) for share in (0.95, 0.7, 0.5) for variance in (0.25, 0.7, 1.5, 3.0)),
+    *((variance, 0.0) for variance in (0.03, 0.6)),
+    *((variance, 0.7) for variance in (0.25, 0.7, 1.5, 3.0)),
 )
 """Variance, px^2, and the disc's share: from each the shaft's fit begins, and the best is kept."""
 

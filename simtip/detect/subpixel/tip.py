@@ -15,7 +15,6 @@ import scipy
 from numpy.typing import NDArray
 
 from simtip.detect.subpixel.comparison import (
-    LEAST_COVER,
     TILT_STEP,
     Comparison,
     compare,
@@ -25,11 +24,10 @@ from simtip.detect.subpixel.comparison import (
 )
 from simtip.detect.subpixel.likeness import likeness
 from simtip.detect.subpixel.outline import Family
-from simtip.detect.subpixel.scenery import POSE, Scenery
+from simtip.detect.subpixel.picture import LEAST_COVER
+from simtip.detect.subpixel.scenery import LEAN, POSE, Scenery
 from simtip.detect.subpixel.tip_start import Start
 from simtip.geometry import Array
-
-SLOPE_LEVER = 0.3
 
 COMPLEXITY = 10.0
 """Weight of the penalty for each parameter of a shape; 1 is the Bayesian information criterion's. A
@@ -50,6 +48,9 @@ PATIENCE = 3.0
 
 BAD_MISFIT, SLOW_GAIN = 20.0, 0.15
 """Of a fit that is not worth its steps: the misfit, and the part of the cost that one takes off."""
+
+LEANING_MISFIT = 4.0
+"""Times the shaft's or 1: a fit that is worse is no reason to let the axis lean otherwise."""
 
 FAILED_DAMPING = 0.05
 """At least so much after a step that failed: less would try the same step again."""
@@ -74,7 +75,7 @@ class TipFit:
     family
         Which outline.
     values
-        Row of the foremost point's z on the axis, shift across, half width, shape.
+        As in `simtip.detect.subpixel.scenery.POSE`, then the shape.
     covariance
         Of them.
     tip
@@ -182,8 +183,8 @@ def fit_tip(
         None if it will hardly beat the rival.
     """
     narrow, wide = (scenery.half_px * share for share in WIDTHS)
-    low = np.array([-np.inf, -np.inf, narrow, LEAST_VARIANCE_PX2, *family.low])
-    high = np.array([np.inf, np.inf, wide, np.inf, *family.high])
+    low = np.array([-np.inf, -np.inf, narrow, LEAST_VARIANCE_PX2, -np.inf, *family.low])
+    high = np.array([np.inf, np.inf, wide, np.inf, np.inf, *family.high])
     values, found = start.values, start.found
     damping = 1e-2
     fresh = False
@@ -194,6 +195,7 @@ def fit_tip(
             fresh = True
         # What lies at a bound and would go beyond stays there.
         free = ~(((values <= low) & (g < 0)) | ((values >= high) & (g > 0)))
+        free[LEAN] = found.misfit < LEANING_MISFIT * max(1.0, scenery.shaft.misfit)
         step = _step(H, g, free, damping)
         promised = float(step @ g)
         enough = (HASTY_SETTLED if hasty else SETTLED) * max(1.0, found.misfit)
@@ -251,7 +253,7 @@ def _ended(
         values,
         covariance,
         tip,
-        turn @ covariance @ turn.T + _of_slope(scenery),
+        turn @ covariance @ turn.T,
         found,
         change,
         *_likenesses(scenery, found),
@@ -316,15 +318,3 @@ def _hopeless(found: Comparison, values: Array, promised: float, rival: TipFit) 
 def _penalty(more: int, pixels: int) -> float:
     """Give what so many more parameters cost, of -2 log likelihood."""
     return COMPLEXITY * more * float(np.log(pixels))
-
-
-def _of_slope(scenery: Scenery) -> Array:
-    """Give what the axis' uncertain slope, which the fit takes as known, adds to the covariance.
-
-    The tip is held by its flanks; it moves across by a third of their length times the slope.
-    """
-    lever = scenery.window.height * SLOPE_LEVER
-    v = np.array(float(scenery.window.v + scenery.window.height))
-    slope = float(scenery.shaft.slope(v))
-    across = np.array([1.0, -slope]) / np.hypot(1, slope)
-    return np.asarray((lever * scenery.slope_deviation) ** 2 * np.outer(across, across))

@@ -28,8 +28,11 @@ GOOD_MISFIT = 4.0
 POOR_MISFIT = 12.0
 """Of a fit that others need not beat: what begins badly may end well."""
 
-NO_SHAFT_MISFIT = 40.0
-"""Of a shaft that is probably none."""
+NO_SHAFT_MISFIT, NO_NEEDLE_SHARE = 40.0, 0.04
+"""Of a shaft that is probably none; and of the background's level what a tip's fit then leaves."""
+
+OTHER_BLUR = 3.0
+"""Deviations by which a tip's blur may be off the shaft's."""
 
 PLAIN_MISFIT = 1.8
 """A cone that fits so well is not rounded."""
@@ -82,7 +85,7 @@ def best_tip(
         family = FAMILIES[name]
         try:
             start = _start(scenery, family, v_end, begin, best or before)
-            found = fit_tip(scenery, family, start, _rival(name, best), hasty=True)
+            found = fit_tip(scenery, family, start, _rival(scenery, name, best), hasty=True)
         except np.linalg.LinAlgError:
             continue
         if found is None:
@@ -92,7 +95,8 @@ def best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
-    if best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
+    off = scenery.left_dn(best.residual) > NO_NEEDLE_SHARE * scenery.level
+    if off and best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
         return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
     best = _ended_from(scenery, best.family, _at_best_blur(scenery, best)) or best
@@ -177,7 +181,7 @@ def begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
     length, azimuth = best.values[POSE:]
     for longer, turn in ELSEWHERE:
         start = best.values.copy()
-        start[1:POSE] = 0.0, scenery.half_px, scenery.begun_px2
+        start[1:POSE] = 0.0, scenery.half_px, scenery.begun_px2, 0.0
         start[POSE:] = np.clip([longer * length, azimuth + turn], best.family.low, best.family.high)
         found = _ended(scenery, best.family, start)
         if found is not None and found.cost < best.cost:
@@ -214,9 +218,16 @@ def _alike(name: str, best: TipFit) -> list[Array]:
     return [best.values] if {name, best.family.name} == set(TWINS) else []
 
 
-def _rival(name: str, best: TipFit | None) -> TipFit | None:
-    """Give the fit to be beaten, if there is one; of twins both are fitted to the end."""
-    if best is None or best.misfit > POOR_MISFIT:
+def _rival(scenery: Scenery, name: str, best: TipFit | None) -> TipFit | None:
+    """Give the fit to be beaten, if there is one; of twins both are fitted to the end.
+
+    A blur that is not the shaft's may be another tip's shape, which begins with it badly.
+    """
+    if best is None:
+        return None
+    off_px2 = abs(best.values[BLUR] - scenery.variance_px2)
+    other_blur = off_px2 > OTHER_BLUR * scenery.variance_deviation
+    if best.misfit > (GOOD_MISFIT if other_blur else POOR_MISFIT):
         return None
     twins = {name, best.family.name} == set(TWINS) and best.misfit < FITTING_MISFIT
     return None if twins else best

@@ -55,8 +55,9 @@ DOUBTFUL, DOUBT, DOUBT_SHARE = 3.0, 3.0, 0.025
 """A misfit beyond which there may be a pale facet, how many times the shaft's it has to be, and of
 the contrast the residual."""
 
-FAINT, FAINT_LIKENESS = 1.25, 2.5
-"""Of a bevel, times the shaft's misfit or 1, and how alike neighbouring residuals are."""
+FAINT, FAINT_LIKENESS, FAINT_SHARE = 1.25, 1.75, 0.85
+"""Of a bevel, times the shaft's misfit or 1, and how alike neighbouring residuals are; and what of
+the misfit one may leave that fits so well."""
 
 PALE_TRIED, PALE_SHARE = 3, 0.5
 """So many are fitted, and what of the misfit the best may leave."""
@@ -204,12 +205,16 @@ class TipSearch:
                 continue
             if found is not None and found.misfit < pale.misfit:
                 pale = found
-        most = DOUBTFUL if tip.misfit > DOUBTFUL else 0.0
-        fits = pale.misfit < max(most, min(POOR_MISFIT, PALE_SHARE * tip.misfit))
-        if not fits:
-            return seen, begun_elsewhere(seen, tip) if tip.family.name in TWINS else tip
-        pale = refitted(far, pale)
-        enough = FAINT * max(1.0, self.shaft.misfit)
+        most = min(POOR_MISFIT, PALE_SHARE * tip.misfit)
+        if tip.misfit > DOUBTFUL:
+            most = max(most, DOUBTFUL)
+        enough, twin = FAINT * max(1.0, self.shaft.misfit), tip.family.name in TWINS
+        better = pale.misfit < most
+        if better or (tip.misfit < DOUBTFUL and pale.misfit < FAINT_SHARE * tip.misfit):
+            pale = refitted(far, pale)
+            better = better or twin or pale.misfit < enough
+        if not better:
+            return seen, begun_elsewhere(seen, tip) if twin else tip
         return far, pale if pale.misfit < enough else begun_elsewhere(far, pale)
 
     def _pale_starts(self, far: Scenery) -> list[Start]:
@@ -217,7 +222,7 @@ class TipSearch:
         starts = []
         for cot, azimuth in product(PALE_COTS, PALE_AZIMUTHS):
             v = self.v_end + self._half * cot * (1 - abs(np.cos(azimuth)))
-            values = np.array([v, 0, far.half_px, far.begun_px2, cot, azimuth])
+            values = np.array([v, 0, far.half_px, far.begun_px2, 0, cot, azimuth])
             starts.append(Start.at(far, FAMILIES["bevel"], values))
         return sorted(starts, key=lambda one: one.found.cost)
 

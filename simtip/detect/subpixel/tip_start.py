@@ -55,7 +55,7 @@ def usual_values(scenery: Scenery, family: Family, v_end: float, begin: Array) -
     begin
         What the edges suggest, see `simtip.detect.subpixel.start`.
     """
-    pose = [v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, scenery.begun_px2]
+    pose = [v_end + USUALLY_AHEAD_PX, 0.0, scenery.half_px, scenery.begun_px2, 0.0]
     return [np.array([*pose, *shape]) for shape in family.starts(begin)]
 
 

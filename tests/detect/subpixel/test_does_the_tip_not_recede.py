@@ -148,7 +148,8 @@ def test_in_16_bits_and_from_a_jpeg_file():
     deep = np.rint((light + np.random.default_rng(8).normal(0, 1.5, light.shape)) * 257)
     check(deep.astype(np.uint16), drawn)
     _, coded = cv2.imencode(".jpg", photograph(light, 8), [cv2.IMWRITE_JPEG_QUALITY, 60])
-    check(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED), drawn)
+    # What is lost leaves 0.02 px of scatter across the axis.
+    check(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED), drawn, across_px=0.06)
 
 
 @pytest.mark.slow

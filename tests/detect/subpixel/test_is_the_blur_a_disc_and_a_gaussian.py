@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simtip.detect.subpixel.blur import blurred, transfer
+from simtip.detect.subpixel.blur import blurred, transfer, transfer_by_share
 
 VARIANCE_PX2 = 1.3
 PER_PX = 4, 2
@@ -43,3 +43,12 @@ def test_the_picture_of_a_point_has_the_same_waves(disc_share, axis):
     f = np.array([0.0, 0.1, 0.2, 0.3, 0.4])
     waves = (profile[:, None] * np.cos(2 * np.pi * at[:, None] * f)).sum(axis=0)
     assert waves == pytest.approx(transfer(f, VARIANCE_PX2, disc_share)[0], abs=0.01)
+
+
+@pytest.mark.parametrize("disc_share", [0.1, 0.5, 0.95])
+def test_the_derivative_by_the_share_is_the_difference(disc_share):
+    f, h = np.linspace(0.0, 0.6, 13), 1e-5
+    shares = np.sqrt(disc_share**2 + np.array([h, -h]))
+    more, less = (transfer(f, VARIANCE_PX2, share)[0] for share in shares)
+    found = transfer_by_share(f, VARIANCE_PX2, disc_share)
+    assert found == pytest.approx((more - less) / (2 * h), abs=1e-6)

@@ -36,14 +36,18 @@ def test_over_30_pictures(width_px, sigma_px, degrees):
 
 @pytest.mark.slow
 def test_of_pictures_stored_with_loss():
-    """Of 12 pictures a standard deviation is known to 21 %."""
+    """Of 12 pictures a standard deviation is known to 21 %.
+
+    Along the axis the tip is 0.09 px off, which is claimed, and scatters by 0.06.
+    """
     drawn = Drawn(shape=(360, 260), tip_px=(150.3, 320.6))
     light, quality, images = drawn.light(), [cv2.IMWRITE_JPEG_QUALITY, 40], []
     for seed in range(12):
         _, coded = cv2.imencode(".jpg", photograph(light, seed), quality)
         images.append(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED))
     ratio = claimed_to_scatter(drawn, images)
-    assert ratio == pytest.approx(np.full(2, 1.1), abs=0.5)
+    assert 0.7 < ratio[0] < 2.0
+    assert 0.6 < ratio[1] < 1.6
 
 
 @pytest.mark.parametrize(("side", "least", "most"), [(1, 0.7, 1.3), (2, 2.0, 4.0), (8, 12.0, 40.0)])

@@ -27,8 +27,8 @@ def told(drawn, image):
         np.zeros((0, 0)),
         np.inf,
     )
-    constant, by_level = noise_of(image.astype(np.float32), rows, shaft)
-    return constant + by_level * np.array([drawn.ground_dn, 60.0])
+    noise = noise_of(image.astype(np.float32), rows, shaft)
+    return np.polynomial.polynomial.polyval(np.array([drawn.ground_dn, 60.0]), noise)
 
 
 light = cache(Drawn.light)
@@ -57,6 +57,15 @@ def test_it_grows_with_the_level_where_it_does():
     beside, within = told(drawn, image)
     assert beside == pytest.approx(0.02 * drawn.ground_dn + ROUNDING_DN2, rel=0.1)
     assert within == pytest.approx(0.02 * 60 + ROUNDING_DN2, rel=0.3)
+
+
+def test_it_grows_with_the_square_of_the_level_where_pixels_are_uneven():
+    drawn = Drawn(tip_px=(300.3, 330.6), shape=(380, 420), width_px=40)
+    light = drawn.light()
+    image = np.rint(light * np.random.default_rng(5).normal(1, 0.01, light.shape))
+    beside, within = told(drawn, image)
+    assert beside == pytest.approx((0.01 * drawn.ground_dn) ** 2 + ROUNDING_DN2, rel=0.1)
+    assert within == pytest.approx((0.01 * 60) ** 2 + ROUNDING_DN2, rel=0.35)
 
 
 def test_without_noise_it_is_rounding():
