@@ -166,11 +166,13 @@ class View:
         drawing = self.draw(solid, T_wn, blur_px)
         layout = layout_of(drawing, curved=solid.curved)
         made = columns(drawing, self.window, layout)
-        weight = self.used / polyval(np.maximum(self.value, 0), self.noise)
+        noise = polyval(np.maximum(self.value, 0), self.noise)
+        weight: Array = (self.used / noise).astype(np.float64)
         precision, mean = prior(layout, self.level)
         weighted = made * weight[:, None]
         normal = weighted.T @ made + np.diag(precision)
-        amplitude = np.linalg.solve(normal, weighted.T @ self.value + precision * mean)
+        right = weighted.T @ self.value + precision * mean
+        amplitude: Array = np.linalg.solve(normal, right).astype(np.float64)
         residual = self.value - made @ amplitude
         chi2 = float((residual**2 * weight).sum())
         misfit = chi2 / max(float(self.used.sum()), 1.0)

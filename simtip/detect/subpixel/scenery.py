@@ -228,7 +228,7 @@ def scenery_of(
         part.reshape(-1).astype(np.float64),
         shaft,
         v_end,
-        np.linalg.inv(axis),
+        np.asarray(np.linalg.inv(axis), np.float64),
         max(half_deviation, 0.01) + locked + BLURRED_WIDTH * variance / (variance + 0.1),
         half,
         variance,
