@@ -36,6 +36,9 @@ TILT_STEP = 0.005
 
 SHAPE_PRECISION = 1e-2
 
+WIDE_PX2 = 12.0
+"""Variance of a blur that takes too long to be worked out for each mode: hardly a needle's."""
+
 WITHIN = 0.98
 """Least cover of a pixel that is the needle's alone."""
 
@@ -94,8 +97,8 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     ground, value = (each[near] for each in scenery.weighted)
     precision = scenery.precision[near]
     whole, tip = covered.whole[near], covered.tip[near]
-    if scenery.sharp:
-        bare = _sharp_columns(placed, u, v, (whole - tip, tip), values[BLUR])
+    if scenery.sharp or values[BLUR] > WIDE_PX2:
+        bare = _averaged_columns(placed, u, v, (whole - tip, tip), values[BLUR])
     else:
         bare = blurred_columns(placed, scenery.brightness_cells(values[BLUR]))[near]
     columns = np.empty((len(near), COLUMNS))
@@ -137,10 +140,13 @@ def compare(scenery: Scenery, family: Family, values: Array) -> Comparison:
     )
 
 
-def _sharp_columns(
+def _averaged_columns(
     placed: Placed, u: Array, v: Array, covers: tuple[Array, Array], variance_px2: float
 ) -> Array:
-    """Give what the brightness of shaft and tip is made of at pixels (n,), 0 where none is seen."""
+    """Give what the brightness of shaft and tip is made of at pixels (n,), 0 where none is seen.
+
+    Averaged over as far as the blur reaches: quickly.
+    """
     bare = np.zeros((len(u), COLUMNS - GROUND_COLUMNS))
     sides, reach = placed.sides_of(v), 0.5 + float(np.sqrt(variance_px2))
     for cover, parts, columns_of in (

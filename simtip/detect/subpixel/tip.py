@@ -65,6 +65,9 @@ WIDTHS = 0.7, 1.4
 
 LEAST_VARIANCE_PX2 = 0.0
 
+MOST_BLUR, MOST_BLUR_PX2 = 2.0, 1.5
+"""What a tip's blur may be of the shaft's, and px^2 more: of no needle it grows without end."""
+
 
 @dataclass(frozen=True, eq=False)
 class TipFit:
@@ -184,7 +187,8 @@ def fit_tip(
     """
     narrow, wide = (scenery.half_px * share for share in WIDTHS)
     low = np.array([-np.inf, -np.inf, narrow, LEAST_VARIANCE_PX2, -np.inf, *family.low])
-    high = np.array([np.inf, np.inf, wide, np.inf, np.inf, *family.high])
+    blur = MOST_BLUR * scenery.variance_px2 + MOST_BLUR_PX2
+    high = np.array([np.inf, np.inf, wide, blur, np.inf, *family.high])
     values, found = start.values, start.found
     damping = 1e-2
     fresh = False

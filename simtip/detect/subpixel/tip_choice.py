@@ -28,8 +28,11 @@ GOOD_MISFIT = 4.0
 POOR_MISFIT = 12.0
 """Of a fit that others need not beat: what begins badly may end well."""
 
-NO_SHAFT_MISFIT, NO_NEEDLE_SHARE = 40.0, 0.04
+NO_SHAFT_MISFIT, NO_NEEDLE_SHARE = 40.0, 0.02
 """Of a shaft that is probably none; and of the background's level what a tip's fit then leaves."""
+
+HOPELESS_SHARE = 0.2
+"""What a fit leaves, of the background's level, of no needle whatever its shaft."""
 
 OTHER_BLUR = 3.0
 """Deviations by which a tip's blur may be off the shaft's."""
@@ -95,8 +98,9 @@ def best_tip(
             best = found
     if best is None:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no outline fits the needle's end")
-    off = scenery.left_dn(best.residual) > NO_NEEDLE_SHARE * scenery.level
-    if off and best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT:
+    left = scenery.left_dn(best.residual) / scenery.level
+    no_shaft = best.misfit > BAD_MISFIT and scenery.shaft.misfit > NO_SHAFT_MISFIT
+    if left > HOPELESS_SHARE or (left > NO_NEEDLE_SHARE and no_shaft):
         return best  # of no needle, probably: it is not worth the time
     # None was better: the haste is over.
     best = _ended_from(scenery, best.family, _at_best_blur(scenery, best)) or best
@@ -178,6 +182,8 @@ def or_cone(scenery: Scenery, tip: TipFit) -> TipFit:
 
 def begun_elsewhere(scenery: Scenery, best: TipFit) -> TipFit:
     """Begin a bevel anew round about where it ended, and give the best: it may have got stuck."""
+    if scenery.left_dn(best.residual) > HOPELESS_SHARE * scenery.level:
+        return best
     length, azimuth = best.values[POSE:]
     for longer, turn in ELSEWHERE:
         start = best.values.copy()
