@@ -25,6 +25,7 @@ from simtip.detect.subpixel.frame import Frame
 from simtip.detect.subpixel.gray import coarse_gray, mean_gray
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.parameters import DEFAULTS, SubpixelParameters
+from simtip.detect.subpixel.saturated import without_saturated
 from simtip.detect.subpixel.scenery import LEAN, Scenery
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.shaft_start import even_shaft
@@ -178,12 +179,12 @@ def _measured(
     image: NDArray[np.float32], gray: Gray, band: Band, parameters: SubpixelParameters
 ) -> Analysis:
     frame, traced = hanging(gray, band)
-    turned = frame.view(image)
     begun = first_shaft(traced)
     v_end, wedge = first_wedge(traced, begun)
     half = float(begun.half_px(np.array(v_end)))
     depth = max(wedge[1], wedge[2]) * half
     end = shaft_end(frame.view(gray), traced, begun, v_end - depth)
+    turned = without_saturated(frame.view(image), traced, end)
     rows = traced.rows[traced.rows < end - CLEAR_PX]
     if len(rows) < LEAST_ROWS:
         raise NoNeedleError(

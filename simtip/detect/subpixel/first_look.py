@@ -8,6 +8,7 @@ from simtip.detect.gray import Gray
 from simtip.detect.observation import TipStatus
 from simtip.detect.subpixel.bands import Band
 from simtip.detect.subpixel.frame import Frame
+from simtip.detect.subpixel.lit_side import with_lit_side
 from simtip.detect.subpixel.no_needle import NoNeedleError
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.detect.subpixel.start import wedge_start
@@ -38,7 +39,7 @@ def hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
         line = (float(centre[0] - slope * centre[1]), float(slope))
         traced = trace(frame.view(gray), line, band.width_px * float(np.hypot(1, slope)))
         if traced is not None:
-            found.append((frame, traced))
+            found.append((frame, _with_lit_side(frame.view(gray), traced)))
     inside = [(frame, traced) for frame, traced in found if not traced.at_bottom]
     if not found:
         raise NoNeedleError(TipStatus.NOT_FOUND, "no band of one width goes on long enough")
@@ -54,6 +55,12 @@ def hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
         _, wedge = first_wedge(traced, first_shaft(traced))
         lengths.append(wedge[1] + wedge[2])
     return inside[int(np.argmax(lengths))]
+
+
+def _with_lit_side(gray: Gray, traced: Trace) -> Trace:
+    """Trace a band with a strip beside it that mirrors a lamp, if there is one."""
+    whole = with_lit_side(gray, traced)
+    return traced if whole is None else trace(gray, *whole) or traced
 
 
 def traced_anew(gray: Gray, shaft: Shaft, begun: Shaft) -> Trace | None:

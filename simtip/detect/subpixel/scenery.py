@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simtip.detect.subpixel.brightness import BLURRED_ROWS, ground_columns
 from simtip.detect.subpixel.outline import Family
 from simtip.detect.subpixel.picture import Cells, Cover, Placed, Window, cover
+from simtip.detect.subpixel.saturated import FULL_SCALE
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.geometry import Array
 
@@ -72,6 +73,8 @@ class Scenery:
         not known.
     left_out
         (H W,) which pixels do not count.
+    seamless
+        Whether those where the tip meets the shaft are among them.
     clutter
         (H W,) variance, DN^2, of what lies behind the needle and is no even ground.
     """
@@ -90,6 +93,7 @@ class Scenery:
     rim_tilt: float
     left_out: NDArray[np.bool_]
     clutter: Array | float = 0.0
+    seamless: bool = False
 
     @property
     def sharp(self) -> bool:
@@ -225,7 +229,7 @@ def scenery_of(
     half_deviation = float(np.sqrt(wide @ shaft.covariance[n : n + m, n : n + m] @ wide))
     return Scenery(
         window,
-        part.reshape(-1).astype(np.float64),
+        np.nan_to_num(part.reshape(-1).astype(np.float64), nan=FULL_SCALE),
         shaft,
         v_end,
         np.asarray(np.linalg.inv(axis), np.float64),
@@ -235,7 +239,7 @@ def scenery_of(
         doubt,
         level,
         *tilts,
-        np.zeros(part.size, np.bool_),
+        np.isnan(part.reshape(-1)),
     )
 
 

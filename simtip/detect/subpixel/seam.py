@@ -28,4 +28,4 @@ def without_seam(scenery: Scenery, fit: TipFit) -> Scenery:
     if placed.depth_px < reach:
         return scenery  # of so blunt a tip nothing would be left
     seam = (off < reach) & (fit.found.cover.whole > WITHIN)
-    return replace(scenery, left_out=scenery.left_out | seam)
+    return replace(scenery, left_out=scenery.left_out | seam, seamless=True)

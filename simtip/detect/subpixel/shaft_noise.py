@@ -65,8 +65,9 @@ def noise_of(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -
     dark = inside & (away < half - CLEAR_PX - spread)
     difference = (above - 2 * at + below) ** 2 / 6
     level = (above + at + below) / 3
-    beside, beside_level = _spread(difference, level, ground)
-    within, within_level = _spread(difference, level, dark)
+    told = np.isfinite(level)
+    beside, beside_level = _spread(difference, level, ground & told)
+    within, within_level = _spread(difference, level, dark & told)
     if beside is None or beside_level is None:
         return np.array([max(within or 0.0, LEAST_NOISE_DN2), 0.0, 0.0])
     if within is None or within_level is None or within > beside:

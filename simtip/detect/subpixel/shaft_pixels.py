@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simtip.detect.subpixel.saturated import FULL_SCALE
 from simtip.detect.subpixel.shaft import Shaft
 from simtip.geometry import Array
 
@@ -66,6 +67,7 @@ def sort_pixels(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
     away = np.abs(x) - half[:, None]
     wanted = (away > -inner) & (away < OUTER_PX + spread) & (u >= 0) & (u < image.shape[1])
     value = image[rows[:, None], np.clip(u, 0, image.shape[1] - 1)]
+    wanted &= np.isfinite(value)
     height = block_rows(rows)
     blocks = len(rows) // height
     block = np.minimum(np.arange(len(rows)) // height, blocks - 1)
@@ -116,12 +118,13 @@ def edges_px(
     """Give how far left and right of the axis the mean profile's edges are, px.
 
     An edge is halfway between the ground and the rim next to it. It is less exact than a fit, and
-    free of the fit's trade between width, blur and brightness.
+    free of the fit's trade between width, blur and brightness. Saturated pixels, NaN, are bright:
+    they show that something is there, but not how much contrast is usual.
     """
-    bins = sort_pixels(image, rows[len(rows) % block_rows(rows) :], shaft)
-    half = float(shaft.width[0])
-    sides = [_contrast(bins, side, half) for side in (-1, 1)]
+    sides = _contrasts(image, rows, shaft)
     most = max(float(contrast.max()) for _, contrast in sides)
+    if np.isnan(image).any():
+        sides = _contrasts(np.nan_to_num(image, nan=FULL_SCALE), rows, shaft)
     begins = [_outermost(*side, EDGE_BEGIN * most) for side in sides]
     # How far an edge is blurred, by the side that is darkest at its rim.
     rise = min(
@@ -135,6 +138,14 @@ def edges_px(
         for begin, (x, contrast) in zip(begins, sides, strict=True)
     )
     return left, right
+
+
+def _contrasts(
+    image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
+) -> list[tuple[Array, Array]]:
+    """Give `_contrast` to the left and to the right of a shaft's axis."""
+    bins = sort_pixels(image, rows[len(rows) % block_rows(rows) :], shaft)
+    return [_contrast(bins, side, float(shaft.width[0])) for side in (-1, 1)]
 
 
 def _contrast(bins: Bins, side: int, half: float) -> tuple[Array, Array]:

@@ -160,7 +160,7 @@ class TipSearch:
         if begun is not None:
             seen = without_seam(seen, begun)
         tip = best_tip(seen, self.v_end, self.begin, kinds, begun)
-        if tip.family.facet is not None and seen.left_out.any():
+        if tip.family.facet is not None and seen.seamless:
             seen = self._scenery(depth)
             tip = best_tip(seen, self.v_end, self.begin, (tip.family.name,), tip)
         needed = tip.family.depth(tip.values[2], tip.values[POSE:])
@@ -256,4 +256,4 @@ class TipSearch:
 
 def _has_seam(seen: Scenery, tip: TipFit) -> bool:
     """Say whether a tip's pixels have those where it meets the shaft, and no camera tells how."""
-    return seen.rim_tilt == 0 and tip.family.facet is None and not seen.left_out.any()
+    return seen.rim_tilt == 0 and tip.family.facet is None and not seen.seamless
