@@ -156,7 +156,7 @@ def refine(
     T_wn = first_place(*found, rig)
     if T_wn is None:
         return Refinement(
-            RefineStatus.NO_START, "the axes seen in both pictures meet in no line before the rig"
+            RefineStatus.NO_START, "the lines of sight to both tips meet nowhere before the rig"
         )
     eyes = (
         Eye(rig.left, Pose.identity(), found[0].frame),

@@ -28,8 +28,13 @@ BLUR_SHARE, BLUR_PX = 0.2, 0.1
 FARTHEST = np.array([1.0, 1.0, 1.0, 0.05, 0.05, 0.5])
 """A step goes no further."""
 
-SETTLED = 0.02
-"""The fit ends where a whole step promises to lower the cost, chi square, by less."""
+SETTLED = 0.1
+"""The fit ends where a whole step promises to lower the cost, chi square over the misfit, by less:
+by a third of a deviation at most."""
+
+VAIN = 5
+"""It ends, too, at a step that failed and promised less than so many times that: coverage has
+kinks, at which a slope promises what is not there."""
 
 MOST_DAMPING = 1e3
 
@@ -140,7 +145,9 @@ class Problem:
         damping, settled = 1e-3, False
         H, g = self.equations(state)
         for _ in range(most):
-            settled = bool(g @ self._step(state, H, g, 0.0) < SETTLED)
+            enough = SETTLED * max(1.0, *(fit.misfit for fit in state.fits))
+            promised = float(g @ self._step(state, H, g, 0.0))
+            settled = promised < enough
             if settled:
                 break
             tried = self.stepped(state, self._step(state, H, g, damping))
@@ -151,8 +158,8 @@ class Problem:
                 H, g = self.equations(state)
             else:
                 damping *= 10
-            # At a kink the slope promises what is not there.
-            settled = bool(0 < gain < SETTLED / 10) or damping > MOST_DAMPING
+            settled = gain < enough / 10 if gain > 0 else promised < VAIN * enough
+            settled = settled or damping > MOST_DAMPING
             if settled:
                 break
         covariance = np.zeros((POSE + 2, POSE + 2))

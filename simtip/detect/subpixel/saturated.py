@@ -21,7 +21,7 @@ MOST_LEVEL = 0.9
 """Of that, what a background may have: of a brighter one it would take the brighter pixels only."""
 
 
-STREAK_SHARE = 0.25
+STREAK_SHARE = 0.5
 """Of the shaft's rows: a streak at full scale in so many is left out of all of them. Where it is
 just below, its brightness changes too steeply to be told from a neighbour's."""
 
