@@ -25,11 +25,15 @@ class Shots:
         Which.
     cache
         Folder in which rendered light is kept.
+    one_camera
+        Whether all exposures of a pose are by the same pair of cameras, or each by its own.
     """
 
-    def __init__(self, condition: Condition, cache: Path | None) -> None:
+    def __init__(
+        self, condition: Condition, cache: Path | None, *, one_camera: bool = False
+    ) -> None:
         self.condition = condition
-        self._cache = cache
+        self._cache, self._one_camera = cache, one_camera
         self._views: dict[int, tuple[View, View]] = {}
 
     @cached_property
@@ -45,13 +49,14 @@ class Shots:
     def images(self, pose: int, exposure: int) -> Images:
         """Give a pair; its noise depends on the condition's name and these numbers alone.
 
-        Each is taken by cameras with a fixed pattern of their own: in one picture it is noise.
+        Cameras have a fixed pattern of their own: in one picture it is noise.
         """
         if pose not in self._views:
             self._views[pose] = rendered(self.scenes[pose], self.backend, self._cache)
         scene, name = self.scenes[pose], self.condition.name
         seed = seed32(zlib.crc32(name.encode()), "exposure", pose, exposure)
-        sensor = scene.sensor.model_copy(update={"fixed_pattern_seed": seed})
+        camera = seed32(zlib.crc32(name.encode()), "camera", pose) if self._one_camera else seed
+        sensor = scene.sensor.model_copy(update={"fixed_pattern_seed": camera})
         shot = expose_pair(
             scene.model_copy(update={"sensor": sensor}),
             self._views[pose],

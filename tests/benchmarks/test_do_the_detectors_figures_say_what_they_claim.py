@@ -176,6 +176,34 @@ def test_the_page_shows_the_stored_figures(bench):
     assert bench.written(text, bench.table(stored)) != text
 
 
+def test_the_page_shows_the_stored_scatter(bench):
+    import scatter
+
+    text = bench.PAGE.read_text(encoding="utf-8")
+    stored = json.loads(scatter.STORED.read_text(encoding="utf-8"))
+    assert stored["quick"] is False
+    assert scatter.written(text, scatter.table(stored)) == text
+    stored["rows"][0]["scatter_px"]["across"] *= 2
+    assert scatter.written(text, scatter.table(stored)) != text
+
+
+def test_scatter_is_that_of_fresh_noise_over_the_bound(trials):
+    import scatter
+
+    rng = np.random.default_rng(4)
+    errors = rng.normal([0.3, -0.1], [0.02, 0.004], (4000, 2))
+    looks = [
+        trials.Look(0, "left", True, "ok", along, across, 18.0, (0.03**2, 0.004**2))
+        for along, across in errors
+    ]
+    row = scatter.view_row(looks, {"along": 0.01, "across": 0.001})
+    assert row["scatter_px"]["along"] == pytest.approx(0.02, rel=0.05)
+    assert row["scatter_px"]["across"] == pytest.approx(0.004, rel=0.05)
+    assert row["claimed_px"] == pytest.approx({"along": 0.03, "across": 0.004})
+    cells = scatter.table({"rows": [{"condition": "x", "pose": 0, "view": "left"} | row]})
+    assert cells.splitlines()[-1].endswith("| 2.0 | 4.0 | 3.0 | 4.0 |")
+
+
 def test_the_page_and_the_figures_name_every_hard_scene(bench):
     names = {file.stem for file in (ROOT / "scenes" / "hard").glob("*.yaml")}
     text = bench.PAGE.read_text(encoding="utf-8").partition(bench.BEGIN)[0]
