@@ -99,6 +99,16 @@ def test_pictures_without_a_needle_are_a_reason(table_1):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_along_the_baseline(table_1, seed):
+    """There the planes of both axes are one, and say nothing of the depth."""
+    drawn = pair(table_1, CONE, TIP, axis=(1, 0.03, 0.2), room=(300, 60, 60))
+    found = refine(*drawn.noisy(seed), drawn.rig, named(CONE.name))
+    assert found.ok, found.reason
+    assert np.linalg.norm(found.tip_mm - drawn.tip_mm) < 0.03
+
+
+@pytest.mark.slow
 def test_a_rig_that_makes_no_line_of_the_axes_is_a_reason(table_1):
     drawn = pair(table_1, CONE, TIP)
     one = drawn.rig.left

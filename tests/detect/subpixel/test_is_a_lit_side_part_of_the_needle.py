@@ -30,6 +30,7 @@ def traced(drawn, picture, width_px, centre):
 INTO_THE_POINT = "blurred, a streak that goes on along the point reads as a rounded end: 3.6 px"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("x", "sigma_px"),
     [
