@@ -33,8 +33,8 @@ SETTLED = 0.1
 by a third of a deviation at most."""
 
 VAIN = 5
-"""It ends, too, at a step that failed and promised less than so many times that: coverage has
-kinks, at which a slope promises what is not there."""
+"""It ends, too, at a step that failed and promised less than so many times that, 0.7 of a
+deviation: coverage has kinks, at which a slope promises what is not there."""
 
 MOST_DAMPING = 1e3
 

@@ -25,6 +25,9 @@ FACET_BRIGHTER, FACET_SHARE = 0.1, 0.25
 LEAST_ROWS = 28
 """Of shaft, to fit it."""
 
+MOST_FARTHER = 2.0
+"""Widths by which a needle may go on beyond the dark band beside its lit side."""
+
 STRAYED_PX = 1.0
 """A shaft fitted so far from where it was traced is traced anew."""
 
@@ -60,7 +63,12 @@ def hanging(gray: Gray, band: Band) -> tuple[Frame, Trace]:
 def _with_lit_side(gray: Gray, traced: Trace) -> Trace:
     """Trace a band with a strip beside it that mirrors a lamp, if there is one."""
     whole = with_lit_side(gray, traced)
-    return traced if whole is None else trace(gray, *whole) or traced
+    wide = None if whole is None else trace(gray, *whole)
+    if wide is None:
+        return traced
+    on = wide.rows[-1] - traced.rows[-1] > MOST_FARTHER * traced.width_px
+    leaves = wide.at_bottom and not traced.at_bottom
+    return traced if on or leaves else wide
 
 
 def traced_anew(gray: Gray, shaft: Shaft, begun: Shaft) -> Trace | None:

@@ -13,7 +13,7 @@ BESIDE_WIDTHS, BESIDE_PX = 2.0, 8
 """How far beside a band is looked, in its widths, and px more."""
 
 GROUND_SHARE = 0.3
-"""Part of that, at its outer end, which tells the ground."""
+"""Part of that, at its outer end, which tells the ground; the brighter side's counts."""
 
 BRIGHTER, OFF = 0.25, 0.1
 """Than the ground, of the needle's contrast, a lit strip is; and what is still no ground."""
@@ -43,10 +43,11 @@ def with_lit_side(gray: Gray, traced: Trace) -> tuple[tuple[float, float], float
     half = traced.width_px / 2
     reach = int(np.ceil(half + BESIDE_WIDTHS * traced.width_px)) + BESIDE_PX
     profile = _profile(gray, traced, reach)
-    right, left = (
-        _strip(profile[reach:] if side > 0 else profile[reach::-1], half, traced.contrast)
-        for side in (1, -1)
-    )
+    sides = profile[reach::-1], profile[reach:]
+    # One for both sides: beside something dark the ground would look lit.
+    outer = int(GROUND_SHARE * len(sides[0]))
+    ground = max(float(np.median(side[-outer:])) for side in sides)
+    left, right = (_strip(side - ground, half, traced.contrast) for side in sides)
     if (left is None) == (right is None):
         return None
     low, high = -(left or half), right or half
@@ -63,13 +64,11 @@ def _profile(gray: Gray, traced: Trace, reach: int) -> Array:
     return np.asarray(np.median(seen, axis=0), np.float64)
 
 
-def _strip(profile: Array, half: float, contrast: float) -> float | None:
+def _strip(off: Array, half: float, contrast: float) -> float | None:
     """Give how far from the middle a lit strip and its rim reach on one side, px.
 
-    `profile` (n,) begins at the band's middle.
+    `off` (n,) is a profile less the ground, from the band's middle on.
     """
-    ground = float(np.median(profile[-int(GROUND_SHARE * len(profile)) :]))
-    off = profile - ground
     begin = round(half)
     lit = np.flatnonzero(off[begin : begin + GAP_PX + 1] > BRIGHTER * contrast)
     if not len(lit):

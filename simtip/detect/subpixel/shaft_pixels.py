@@ -152,6 +152,8 @@ def _contrast(bins: Bins, side: int, half: float) -> tuple[Array, Array]:
     """Give distances (n,) to one side of the axis, ascending, and the contrast to the ground."""
     away = side * bins.x
     wanted = (away > 0) & (bins.count > 0)
+    if not wanted.any():  # all of it saturated
+        return np.array([half]), np.zeros(1)
     k = np.rint(away[wanted] / EDGE_BIN_PX).astype(np.intp)
     number = np.bincount(k, bins.count[wanted])
     total = np.bincount(k, (bins.count * bins.value)[wanted])
