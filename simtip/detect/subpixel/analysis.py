@@ -54,7 +54,7 @@ is none, whatever lies behind the needle."""
 BIN_PIXELS = 6
 """About so many pixels are averaged for one value that the shaft is fitted to."""
 
-WORST_DEVIATION = 0.75
+WORST_DEVIATION = 0.4
 """Of a tip's place that is told, in half widths."""
 
 HIDDEN_SHARE, HIDDEN_PX = 0.5, 6.0
@@ -267,5 +267,5 @@ def _require_tip(found: Analysis, v_end: float, half: float, shape: tuple[int, .
     deviation = float(np.sqrt(np.linalg.eigvalsh(found.covariance_px)[-1]))
     if not deviation <= WORST_DEVIATION * seen.half_px:
         raise NoNeedleError(
-            TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.0f} px only"
+            TipStatus.NOT_FOUND, f"where the tip is, is told to {deviation:.1f} px only"
         )

@@ -18,6 +18,9 @@ GROUND_SHARE = 0.3
 BRIGHTER, OFF = 0.25, 0.1
 """Than the ground, of the needle's contrast, a lit strip is; and what is still no ground."""
 
+PROFILE_ROWS = 64
+"""About so many rows tell the profile."""
+
 GAP_PX, RIM_PX = 2, 4
 """From the band's edge to the strip, at most; and the needle's rim beyond the strip."""
 
@@ -56,8 +59,8 @@ def with_lit_side(gray: Gray, traced: Trace) -> tuple[tuple[float, float], float
 
 
 def _profile(gray: Gray, traced: Trace, reach: int) -> Array:
-    """Give the median (2 reach + 1,) of the traced rows, by distance along u from the middle."""
-    v = traced.rows
+    """Give the median (2 reach + 1,) of some traced rows, by distance along u from the middle."""
+    v = traced.rows[:: max(1, len(traced.rows) // PROFILE_ROWS)]
     middle = np.rint(traced.centre[0] + traced.centre[1] * v).astype(np.intp)
     columns = middle[:, None] + np.arange(-reach, reach + 1)
     seen = gray[v[:, None], np.clip(columns, 0, gray.shape[1] - 1)]
