@@ -50,9 +50,6 @@ def without_saturated(image: NDArray[np.float32], traced: Trace, end: float) -> 
     end
         Row before which its shaft ends.
     """
-    full = image >= FULL_DN
-    if not full.any():
-        return image
     half = round(traced.width_px / 2)
     columns = _columns(traced, half + GROUND_PX[1], image.shape[1])
     v = traced.rows[:, None]
@@ -60,8 +57,8 @@ def without_saturated(image: NDArray[np.float32], traced: Trace, end: float) -> 
     plain = np.median(image[v, columns[:, beside]], axis=1) <= MOST_LEVEL * FULL_DN
     within = GROUND_PX[1] + RIM_PX
     columns = columns[:, within:-within]
-    along, shaft = full[v, columns], traced.rows < end
-    if not (shaft & plain).any():
+    along, shaft = image[v, columns] >= FULL_DN, traced.rows < end
+    if not (along.any() and (shaft & plain).any()):
         return image
     streak = along[shaft & plain].mean(axis=0) > STREAK_SHARE
     near = np.convolve(streak, np.ones(2 * STREAK_PX + 1), "same") > 0

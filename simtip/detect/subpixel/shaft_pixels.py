@@ -37,7 +37,7 @@ class Bins:
 
     Distance from the axis that they were sorted by, across it, px; gray value; number of pixels;
     of each block the row, and u of that axis there; and each bin's number, ascending: those without
-    a pixel are left out.
+    a pixel are left out. And whether pixels were left out because they do not count.
     """
 
     x: Array
@@ -46,6 +46,7 @@ class Bins:
     v: Array
     axis_u: Array
     number: NDArray[np.intp]
+    gaps: bool = False
 
 
 def block_rows(rows: NDArray[np.intp]) -> int:
@@ -53,8 +54,17 @@ def block_rows(rows: NDArray[np.intp]) -> int:
     return max(1, min(BLOCK_ROWS, len(rows) // LEAST_BLOCKS))
 
 
-def sort_pixels(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft) -> Bins:
-    """Average the pixels near the edges by block and by distance from the axis."""
+def sort_pixels(
+    image: NDArray[np.float32],
+    rows: NDArray[np.intp],
+    shaft: Shaft,
+    *,
+    saturated_dn: float = np.nan,
+) -> Bins:
+    """Average the pixels near the edges by block and by distance from the axis.
+
+    Saturated ones, NaN, do not count, or count as `saturated_dn`.
+    """
     v = rows.astype(np.float64)
     centre, tilt = shaft.axis_u(v), np.hypot(1, shaft.slope(v))
     half = shaft.half_px(v)
@@ -67,7 +77,11 @@ def sort_pixels(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
     away = np.abs(x) - half[:, None]
     wanted = (away > -inner) & (away < OUTER_PX + spread) & (u >= 0) & (u < image.shape[1])
     value = image[rows[:, None], np.clip(u, 0, image.shape[1] - 1)]
-    wanted &= np.isfinite(value)
+    lost = np.isnan(value) & wanted
+    gaps = bool(lost.any())
+    if gaps:
+        value = np.where(lost, np.float32(saturated_dn), value)
+        wanted &= ~np.isnan(value)
     height = block_rows(rows)
     blocks = len(rows) // height
     block = np.minimum(np.arange(len(rows)) // height, blocks - 1)
@@ -88,6 +102,7 @@ def sort_pixels(image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
         rows_of,
         shaft.axis_u(rows_of),
         np.flatnonzero(used),
+        gaps,
     )
 
 
@@ -121,10 +136,12 @@ def edges_px(
     free of the fit's trade between width, blur and brightness. Saturated pixels, NaN, are bright:
     they show that something is there, but not how much contrast is usual.
     """
-    sides = _contrasts(image, rows, shaft)
+    rows = rows[len(rows) % block_rows(rows) :]
+    bins = sort_pixels(image, rows, shaft)
+    sides = _contrasts(bins, shaft)
     most = max(float(contrast.max()) for _, contrast in sides)
-    if np.isnan(image).any():
-        sides = _contrasts(np.nan_to_num(image, nan=FULL_SCALE), rows, shaft)
+    if bins.gaps:
+        sides = _contrasts(sort_pixels(image, rows, shaft, saturated_dn=FULL_SCALE), shaft)
     begins = [_outermost(*side, EDGE_BEGIN * most) for side in sides]
     # How far an edge is blurred, by the side that is darkest at its rim.
     rise = min(
@@ -140,11 +157,8 @@ def edges_px(
     return left, right
 
 
-def _contrasts(
-    image: NDArray[np.float32], rows: NDArray[np.intp], shaft: Shaft
-) -> list[tuple[Array, Array]]:
+def _contrasts(bins: Bins, shaft: Shaft) -> list[tuple[Array, Array]]:
     """Give `_contrast` to the left and to the right of a shaft's axis."""
-    bins = sort_pixels(image, rows[len(rows) % block_rows(rows) :], shaft)
     return [_contrast(bins, side, float(shaft.width[0])) for side in (-1, 1)]
 
 

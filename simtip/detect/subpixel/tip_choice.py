@@ -106,6 +106,8 @@ def best_tip(
     best = _ended_from(scenery, best.family, _at_best_blur(scenery, best)) or best
     if best.misfit > GOOD_MISFIT:
         return _unhurried(scenery, best, tried, names)
+    if best.family.name == "round" and "cone" in names:
+        best = or_cone(scenery, best)
     return _undecided(scenery, best, tried)
 
 
