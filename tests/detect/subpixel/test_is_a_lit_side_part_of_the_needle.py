@@ -29,7 +29,7 @@ def traced(drawn, picture, width_px, centre):
     return trace(picture, (drawn.tip_px[0] + centre, 0.0), width_px)
 
 
-INTO_THE_POINT = "blurred, a streak that goes on along the point reads as a rounded end: 0.5 to 4 px"
+INTO_THE_POINT = "blurred, a streak that goes into the point reads as a rounded end: 0.5 to 4 px"
 
 
 @pytest.mark.slow
