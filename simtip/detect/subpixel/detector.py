@@ -30,7 +30,7 @@ def detect(
     layers
         Keep ``tip_seen`` and ``tip_fitted``, the picture around the tip and the fit to it, and
         ``tip_residual``, 128 plus four times the difference; all turned so that the tip points
-        down.
+        down. Saturated pixels, which do not count, and those next to them are white.
 
     Returns
     -------
