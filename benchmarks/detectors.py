@@ -31,6 +31,7 @@ from detector_table import table
 from detector_trials import tries
 from environment import environment
 from kept_file import keep_json
+from marked import replaced
 
 from simtip.detect import catalogue
 
@@ -93,10 +94,8 @@ def fill(
 
 
 def written(text: str, new: str) -> str:
-    """Replace what is between the marks."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{new}\n{END}{after}"
+    """Put a table into its place in a page."""
+    return replaced(text, new, BEGIN, END)
 
 
 def options() -> argparse.ArgumentParser:

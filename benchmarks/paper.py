@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from environment import environment
 from kept_file import keep_json
+from marked import replaced
 
 from simtip.boards import plan_boards
 from simtip.budget.run import run_budget
@@ -137,11 +138,8 @@ def _ends(interval: list[float]) -> str:
 
 
 def written(text: str, name: str, new: str) -> str:
-    """Replace what is between a table's marks."""
-    begin, end = MARKS[name]
-    before, _, rest = text.partition(begin)
-    _, _, after = rest.partition(end)
-    return f"{before}{begin}\n{new}\n{end}{after}"
+    """Put a table into its place in a page."""
+    return replaced(text, new, *MARKS[name])
 
 
 def main() -> None:

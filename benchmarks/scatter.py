@@ -27,6 +27,7 @@ from detector_trials import SIDES, Look, tries
 from detectors import PAGE
 from environment import environment
 from kept_file import keep_json
+from marked import replaced
 
 STORED = Path(__file__).resolve().parent / "figures" / "scatter.json"
 BEGIN, END = "<!-- scatter: begin -->", "<!-- scatter: end -->"
@@ -103,10 +104,8 @@ def _over(deviation: float, bound: float | None) -> str:
 
 
 def written(text: str, new: str) -> str:
-    """Replace what is between the marks."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{new}\n{END}{after}"
+    """Put a table into its place in a page."""
+    return replaced(text, new, BEGIN, END)
 
 
 def options() -> argparse.ArgumentParser:
